@@ -66,6 +66,17 @@ def test_no_goal_of_the_next_holder_is_made_safe_for_a_lapse_before_it(lapse):
     assert ended == [("g1", "SUCCEEDED" if lapse == "finish" else "CANCELED"), ("g2", "CANCELED")]
 
 
+def test_a_device_that_is_closed_leaves_nothing_running():
+    async def told(story):
+        await story.take()
+        await story.until("begins", await story.goal())
+        tasks = [story.device._owning, *(e.task for e in story.device.running.values())]
+        await story.device.close()
+        return [task.done() for task in tasks]
+
+    assert Story.tell(told) == [True, True]
+
+
 def test_a_device_is_not_at_rest_from_the_moment_of_a_stop():
     async def told(story):
         owner = story.device._owner

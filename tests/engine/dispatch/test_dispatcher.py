@@ -40,3 +40,11 @@ def test_the_tree_is_ticked_again_where_a_reservation_was_granted_and_only_there
         again.append(run.requests.take_round()[0])
 
     assert again == [True, False]
+
+
+def test_a_probe_is_queued_before_what_waits_for_its_device():
+    dispatcher = Dispatcher(SimpleNamespace(roles={}), {"a": SimpleNamespace()})
+    for name, first in (("one", False), ("two", False), ("probe", True)):
+        dispatcher.request(SimpleNamespace(device="a", goal_id=name, outcome=None), first=first)
+
+    assert [request.goal_id for request in dispatcher._queue] == ["probe", "one", "two"]

@@ -37,6 +37,12 @@ def test_a_goal_without_an_end_is_open():
     assert [past.sent.n for past in history.past.open_goals()] == [2]
 
 
+def test_every_attempt_without_an_end_is_open():
+    history = read_history([STARTED, sent(2), sent(3, attempt=2)])
+
+    assert [past.sent.n for past in history.past.open_goals()] == [2, 3]
+
+
 def test_what_lies_in_a_finished_iteration_is_forgotten_but_for_its_count():
     over = j.IterationEnded(n=4, loop="main/scan", index=0, key="0", fate="succeeded")
 
