@@ -75,7 +75,7 @@ class Bridge(ABC):
         """Subscribe to a topic; raises Gone."""
 
 
-def settle(future: "asyncio.Future[Any]", said: Any) -> None:
+def resolve(future: "asyncio.Future[Any]", said: Any) -> None:
     """Its answer, or the exception that stands for it, unless it has one."""
     if future.done():
         return

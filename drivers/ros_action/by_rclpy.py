@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ...system.tasks import spawn
-from .bridge import Bridge, Gone, Rejected, Sent, Values, settle
+from .bridge import Bridge, Gone, Rejected, Sent, Values, resolve
 from .ros_message import as_values, fill
 
 FOUND_S = 10.0
@@ -107,7 +107,7 @@ class RclpyWay(Bridge):
     ) -> None:
         loop = asyncio.get_running_loop()
         if not await _ready(client.service_is_ready):
-            settle(answered, Rejected(f"there is no service {service}"))
+            resolve(answered, Rejected(f"there is no service {service}"))
             return
 
         def answer(future: Any) -> None:  # in ROS's thread
@@ -116,7 +116,7 @@ class RclpyWay(Bridge):
             except Exception as fault:  # whatever it is, nothing else would end the call
                 LOG.exception("an answer of a service cannot be read")
                 said = Gone(f"its answer cannot be read: {fault}")
-            loop.call_soon_threadsafe(settle, answered, said)
+            loop.call_soon_threadsafe(resolve, answered, said)
 
         client.call_async(message).add_done_callback(answer)
         self._executor.wake()
@@ -237,7 +237,7 @@ class _UnderWay:
 
     def resolve(self, said: Any) -> None:
         """The first outcome counts."""
-        settle(self.ended, said)
+        resolve(self.ended, said)
 
     def wake(self) -> None:
         """Wake the executor, which would not notice a request from another thread."""

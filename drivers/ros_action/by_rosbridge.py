@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ...system.extras import not_installed
-from .bridge import Bridge, Gone, Rejected, Sent, Values, settle
+from .bridge import Bridge, Gone, Rejected, Sent, Values, resolve
 
 OPEN_S = 5.0
 SERVERS = "/rosapi/action_servers"
@@ -62,10 +62,10 @@ class RosbridgeWay(Bridge):
 
         def over(result: Any) -> None:
             values = result["values"]
-            settle(ended, (result["status"].value, values if isinstance(values, dict) else {}))
+            resolve(ended, (result["status"].value, values if isinstance(values, dict) else {}))
 
         def failed(result: Any) -> None:
-            settle(ended, Rejected(str(result.get("values", result))))
+            resolve(ended, Rejected(str(result.get("values", result))))
 
         key = client.send_goal(
             self._roslibpy.Goal(goal),
@@ -83,10 +83,10 @@ class RosbridgeWay(Bridge):
         answered.add_done_callback(self._calls.discard)
 
         def over(response: Any) -> None:
-            settle(answered, dict(response))
+            resolve(answered, dict(response))
 
         def failed(why: Any) -> None:
-            settle(answered, Rejected(str(why)))
+            resolve(answered, Rejected(str(why)))
 
         client = self._roslibpy.Service(self._ros, service, type)
         client.call(
@@ -131,7 +131,7 @@ class RosbridgeWay(Bridge):
 
     def _lose(self) -> None:
         for ended in [*self._open, *self._calls]:
-            settle(ended, Gone(f"the connection to the rosbridge at {self._url} broke"))
+            resolve(ended, Gone(f"the connection to the rosbridge at {self._url} broke"))
 
     def _in_loop(self, receive: Callable[..., None]) -> Callable[..., None]:
         """The same, called from roslibpy's thread."""
