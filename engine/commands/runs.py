@@ -84,16 +84,11 @@ def row(entry: "Entry", runs: Path) -> dict[str, Any]:
 
 def _over_runs(entries: "list[Entry]", name: str, json: bool) -> None:
     """A number over runs, with its limits."""
-    from ..index.control_chart import chart, names
-    from ..language.suggest import did_you_mean
+    from ..index.control_chart import chart, none_has
 
     made = chart(entries, name)
     if not made.points:
-        known = names(entries)
-        say(
-            f"--value {name}: none of {len(entries)} runs has it{did_you_mean(name, known)}; "
-            f"there is {', '.join(known[:20]) or 'no number in any of them'}"
-        )
+        say(f"--value {name}: {none_has(entries, name)}")
         raise typer.Exit(PROBLEMS)
     if json:
         rows = [

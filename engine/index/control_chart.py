@@ -7,6 +7,7 @@ from one run to the next (ISO 7870-2); a drift does not widen them as it would a
 from dataclasses import dataclass
 from itertools import pairwise
 
+from ..language.suggest import did_you_mean
 from .entry import Entry
 
 FACTOR = 2.66
@@ -47,6 +48,8 @@ def chart(entries: list[Entry], name: str) -> Chart:
     return Chart(name, unit, alike, mean - width, mean, mean + width)
 
 
-def names(entries: list[Entry]) -> list[str]:
-    """Every number that these runs have."""
-    return sorted({name for entry in entries for name in entry.numbers})
+def none_has(entries: list[Entry], name: str) -> str:
+    """That no run has this number, and which ones there are."""
+    known = sorted({name for entry in entries for name in entry.numbers})
+    there = ", ".join(known[:20]) or "no number in any of them"
+    return f"none of {len(entries)} runs has {name}{did_you_mean(name, known)}; there is {there}"

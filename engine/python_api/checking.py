@@ -1,7 +1,7 @@
 """`labrun.check` and `labrun.rehearse`."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,17 @@ from .threads import Work, result
 
 PathLike = str | os.PathLike[str]
 ProtocolLike = PathLike | Protocol
+
+
+class Rehearsed(dict[str, Any]):
+    """The figures of a rehearsal, by name; as text what `labrun rehearse` prints."""
+
+    def __init__(self, figures: Mapping[str, Any], lines: Iterable[str]) -> None:
+        super().__init__(figures)
+        self._text = "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return self._text
 
 
 def check(
@@ -44,8 +55,10 @@ def rehearse(
     seed: int | None = None,
     params: Mapping[str, Any] | None = None,
     **more_params: Any,
-) -> dict[str, Any]:
+) -> Rehearsed:
     """Play a protocol on simulated devices and a virtual clock; the figures of `labrun rehearse --json`.
+
+    They show themselves as `labrun rehearse` does.
 
     fail: {"libs.measure": 0.05} lets an action fail with that probability. Raises ProtocolFault, and
     Refused for a `fail` that cannot be, or a device that cannot be rehearsed.
@@ -53,13 +66,15 @@ def rehearse(
     from ..commands.options import WrongUsage
     from ..commands.rehearse import ordered
     from ..rehearse.rehearse import NoRehearsal, Rehearsal
+    from ..rehearse.table import lines
 
     checked = checked_protocol(protocol, lab, bind, {**(params or {}), **more_params}, needed=True)
     try:
         faults = ordered([f"{name}:{chance}" for name, chance in (fail or {}).items()], checked)
         # A virtual clock needs a loop of its own, and a notebook has one running here.
-        rehearsal = Work("rehearsal", Rehearsal(checked, faults, seed).play)
-        return result(rehearsal.ended).as_dict()
+        rehearsal = Rehearsal(checked, faults, seed)
+        totals = result(Work("rehearsal", rehearsal.play).ended)
+        return Rehearsed(totals.as_dict(), lines(totals, rehearsal.real_s))
     except (NoRehearsal, WrongUsage) as fault:
         raise Refused(str(fault)) from None
 

@@ -88,7 +88,11 @@ class Device:
         except WrongUsage as fault:
             raise NoSuch(str(fault)) from None
 
-        def call(**arguments: Any) -> dict[str, Any]:
+        def call(*unnamed: Any, **arguments: Any) -> dict[str, Any]:
+            if unnamed:
+                named = ", ".join(found.param_schemas())
+                taken = f"its values by name: {named}" if named else "no values"
+                raise Refused(f"{self._name}.{action} takes {taken}")
             return _call(self._lab, self._name, action, arguments)
 
         call.__name__, call.__doc__ = action, found.summary

@@ -17,7 +17,7 @@ from ...schemas.summary import Summary
 from ...system.cells import bare
 from ...system.extras import not_installed
 from ..journal.encode import decode
-from ..journal.journal import Records
+from ..journal.journal import JournalFault, Records
 from ..run.folder import JOURNAL, FolderFault, find_run
 from ..run.labels import labelled, read_labels, write_labels
 from ..run.rows import suffix
@@ -48,13 +48,25 @@ class RecordedRun:
 
     @property
     def summary(self) -> Summary:
-        """What it came to: fate, reason, points planned, measured, failed and left; read each time."""
-        return summary_of(self.folder)
+        """What it came to: fate, reason, points planned, measured, failed and left; read each time.
+
+        Raises Refused where the journal cannot be read.
+        """
+        try:
+            return summary_of(self.folder)
+        except JournalFault as fault:
+            raise Refused(f"{self.id}: {fault}") from None
 
     @property
     def fate(self) -> str:
-        """succeeded, failed, aborted; interrupted if an engine has gone, running while one is there."""
-        return self.summary.fate
+        """succeeded, failed, aborted; interrupted if an engine has gone, running while one is there.
+
+        `unreadable` is one that nobody can read, such as one that was killed before it began.
+        """
+        try:
+            return self.summary.fate
+        except Refused:
+            return "unreadable"
 
     @property
     def journal(self) -> Records:
@@ -156,7 +168,9 @@ class RecordedRun:
         return {name: unit for name, unit in found.items() if unit}
 
     def __repr__(self) -> str:
-        return f"<labrun run {self.id}: {j.ended_as(self.fate, self.summary.holes)}>"
+        fate = self.fate
+        word = fate if fate == "unreadable" else j.ended_as(fate, self.summary.holes)
+        return f"<labrun run {self.id}: {word}>"
 
     def _repr_html_(self) -> str:
         summary = self.summary
@@ -217,10 +231,17 @@ def compare(*names: str | Path | RecordedRun, runs: str | Path = "runs") -> "Com
 
 
 def values(name: str, runs: str | Path = "runs", *, find: str = "") -> "Chart":
-    """A number over runs with its limits: an output, a parameter, or the mean of TABLE.COLUMN."""
-    from ..index.control_chart import chart
+    """A number over runs with its limits: an output, a parameter, or the mean of TABLE.COLUMN.
 
-    return chart(_found(runs, find), name)
+    Raises Refused where no run has it, and says which numbers there are.
+    """
+    from ..index.control_chart import chart, none_has
+
+    entries = _found(runs, find)
+    made = chart(entries, name)
+    if not made.points:
+        raise Refused(none_has(entries, name))
+    return made
 
 
 def _found(folder: str | Path, find: str) -> "list[Entry]":

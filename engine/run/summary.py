@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from ...schemas.summary import Summary
 from ...system.files import write_whole
 from ..journal.history import History, read_history
-from ..journal.journal import Records
+from ..journal.journal import JournalFault, Records
 from .came_to import brief, samples, values
 from .folder import JOURNAL, is_live
 
@@ -25,7 +25,12 @@ def summary_of(folder: Path) -> Summary:
     kept = kept_summary(folder)
     if kept is not None:
         return kept
-    history = read_history(Records(folder / JOURNAL))
+    try:
+        history = read_history(Records(folder / JOURNAL))
+    except JournalFault:
+        if not is_live(folder):
+            raise
+        history = History()  # it is reaching its devices
     if is_live(folder):
         return _summary(folder, history).model_copy(update={"fate": "running"})
     return keep_summary(folder, history)

@@ -35,6 +35,8 @@ def test_what_cannot_be_sent_is_refused_in_a_sentence(lab):
         lab.gantry.move_to(x="10 s")
     with pytest.raises(labrun.Refused, match=r"outside x 0\.\.730 mm"):
         lab.gantry.move_to(x="10 m")
+    with pytest.raises(labrun.Refused, match="takes its values by name: x, y, z"):
+        lab.gantry.move_to(10)
     with pytest.raises(AttributeError, match="did you mean move_to") as told:
         lab.gantry.mvoe_to(x=1)
     assert told.value._render_traceback_() == [str(told.value)]  # what IPython shows

@@ -114,6 +114,21 @@ def test_a_run_leaves_what_the_command_leaves_and_shows_itself(ran):
     assert next(iter(run.journal)).kind == "started"
     assert run.report is not None and run.spectra == []
     assert "steps" in shown and "succeeded" in shown and "4 mm" in shown and run.id in repr(run)
+    with pytest.raises(
+        labrun.Refused, match=r"none of 1 runs has data\.x_m; did you mean data\.x_mm"
+    ):
+        labrun.values("data.x_m", runs)
+
+
+def test_a_run_that_never_began_is_unreadable_and_no_traceback(tmp_path):
+    folder = tmp_path / "2026-11-26_scan_aaaaaaaa"
+    folder.mkdir()
+    (folder / "journal.jsonl").write_text("")
+    run = labrun.load(folder)
+
+    assert "unreadable" in repr(run)
+    with pytest.raises(labrun.Refused, match="no start of a run"):
+        run._repr_html_()
 
 
 def test_a_loops_table_has_its_units(ran):
@@ -176,6 +191,7 @@ def live(tmp_path):
 
 
 def test_a_live_run_is_aborted_and_ends_in_order(live):
+    assert labrun.load(live.folder).fate == "running"  # also while its devices are being reached
     with pytest.raises(TimeoutError, match="it goes on"):
         live.wait(timeout=0.1)
     live.abort()
@@ -245,7 +261,9 @@ def test_a_rehearsal_gives_its_figures_in_a_running_loop_too(protocol):
     async def cell():
         return labrun.rehearse(protocol, fail={"gantry.move_to": 1.0}, seed=1)
 
-    assert labrun.rehearse(protocol)["fate"] == "succeeded"
+    rehearsed = labrun.rehearse(protocol)
+
+    assert rehearsed["fate"] == "succeeded" and str(rehearsed).startswith("The run takes ")
     assert asyncio.run(cell())["fate"] == "failed"
     with pytest.raises(labrun.Refused, match="no role x; roles: gantry"):
         labrun.rehearse(protocol, fail={"x.y": 1})
