@@ -192,8 +192,10 @@ class GoalWatch:
         elif tracking.ending or (
             ledger_of(goal.boot) == answer["ledger"] and not tracking.forgotten
         ):
-            words = "the device server was restarted before the goal reached it"
-            tracking.conclude(lost(words, "no", answer["boot"]))
+            # A run that is put back from before it was sent again begins with this id once more.
+            if await self._buried(tracking, {}):
+                words = "the device server was restarted before the goal reached it"
+                tracking.conclude(lost(words, "no", answer["boot"]))
         else:
             words = "the device server now has another ledger, or an older copy, without the goal"
             tracking.conclude(lost(words, "unknown", answer["boot"]))
@@ -208,12 +210,9 @@ class GoalWatch:
         if not stays:
             await self._send(tracking)
             return
-        # A tombstone first, before anything is concluded: then a late goal cannot start.
-        request = {"id": tracking.goal.id, "boot": tracking.goal.boot}
-        answer = await self._link.call("cancel", request)
-        if accepted(answer, self._link.url)["state"] != "CANCELED":
-            self._doubt(tracking)  # it arrived after all, and its record shows its state
-        elif tracking.lapsed:
+        if not await self._buried(tracking, {"boot": tracking.goal.boot}):
+            return
+        if tracking.lapsed:
             words = (
                 f"the lease was taken again before the goal reached its device: {tracking.refusal}"
             )
@@ -225,6 +224,14 @@ class GoalWatch:
             tracking.conclude(lost(words, "no", self.boot))
         else:
             tracking.conclude(Outcome("CANCELED", boot=self.boot))
+
+    async def _buried(self, tracking: GoalTracking, of: dict[str, str]) -> bool:
+        """Put up a tombstone, before anything is concluded: then a late goal cannot start."""
+        answer = await self._link.call("cancel", {"id": tracking.goal.id, **of})
+        buried = accepted(answer, self._link.url)["state"] == "CANCELED"
+        if not buried:
+            self._doubt(tracking)  # it arrived after all, and its record shows its state
+        return buried
 
 
 def _was_ours(answer: Answer, goal: Goal) -> bool:

@@ -187,13 +187,14 @@ class ActionLeaf(Node):
     def _lost_for_nothing(self, outcome: Outcome, request: Request) -> bool:
         """True if a server was restarted and the same action may simply be requested again.
 
-        That is not a failure: it does not count against the retries. A server that keeps
-        dying is a failure, and goes up the ladder as `Lost`.
+        Also if the server knows that it was, from a part of the journal that this run has lost. That is
+        not a failure: it does not count against the retries. A server that keeps dying is a failure,
+        and goes up the ladder as `Lost`.
         """
         error = outcome.error
-        if outcome.state not in ("ABORTED", "CANCELED") or request.expired:
+        if outcome.state not in ("ABORTED", "CANCELED") or request.expired or request.withdrawn:
             return False
-        if error is None or error.name != "Lost":
+        if error is None or error.name not in ("Lost", "NEVER_STARTED"):
             return False
         if self.plan.action.effect == "once" and error.happened != "no":
             return False
