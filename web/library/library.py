@@ -162,7 +162,7 @@ class Library:
         try:
             data, modified_ns = path.read_bytes(), path.stat().st_mtime_ns
         except (FileNotFoundError, IsADirectoryError, NotADirectoryError):
-            raise not_found("protocol", name, "GET /protocols lists all of them") from None
+            raise not_found("protocol", name, "see the list of protocols") from None
         except OSError as fault:
             raise Refusal(422, "UNREADABLE", f"{name} cannot be read: {fault.strerror}") from fault
         return data, modified_ns

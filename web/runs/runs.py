@@ -114,7 +114,7 @@ class Runs:
         folder = self.folder / id
         named = id.isprintable() and Path(id).name == id and not id.startswith(".")
         if not named or not _is_file(folder / JOURNAL):
-            raise not_found("run", id[:80], "GET /runs lists all of them")
+            raise not_found("run", id[:80], "see the list of runs")
         return folder
 
     async def opened(self, id: str) -> OpenRun:

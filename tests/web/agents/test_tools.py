@@ -45,6 +45,9 @@ def test_an_agent_sees_protocols_alone_and_writes_none_by_the_name_of_a_lab(tmp_
     assert tools.read_protocol("torn.yaml").endswith("steps: [\n")
     with pytest.raises(Refusal, match=r"bench\.yaml is no protocol"):
         tools.read_protocol("bench.yaml")
+    with pytest.raises(Refusal, match=r"no protocol 'none\.yaml' here") as told:
+        tools.read_protocol("none.yaml")
+    assert told.value.fault.hint == "see the list of protocols"  # no address of the page's API
     for name in ("lab.yaml", "more/Lab.yaml"):
         with pytest.raises(Refusal, match="is a lab's name"):
             asyncio.run(tools.write_protocol(name, PROTOCOL))
