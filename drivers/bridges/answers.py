@@ -34,9 +34,11 @@ UNITS = {
 """What instruments write -> the unit, where pint does not know it or knows another one."""
 MEGA = {"MHZ": "MHz", "MOHM": "megaohm", "MOHMS": "megaohm"}
 """In capitals M is milli or mega; of these SCPI (volume 1, 7.1) says that it is mega."""
+HUGE = ("peta", "exa", "zetta", "yotta", "ronna", "quetta")
+POWER = re.compile(r"(?<=[A-Za-zµμ])(?=-?\d)")
+DIGITS = re.compile(r"[+-]?\d{1,30}")
 UNIT = re.compile(r"[\w%°µμΩ/*^·() +.-]+")
 """What a unit is written with: a mark behind it says something else, that a balance does not stand still."""
-SEPARATOR = re.compile(r"[,;\s]+")
 OWN = ("scale", "offset", "base", "bit", "words", "power", *FORMS)
 """How a value is written, as a lab says it: value = what is written × scale + offset."""
 TRUE, FALSE = {"1", "on", "true", "yes"}, {"0", "off", "false", "no"}
@@ -106,10 +108,10 @@ def _split(text: str, returns: Mapping[str, Any]) -> dict[str, Any]:
     if len(returns) <= 1:
         return {name: value(text, schema) for name, schema in returns.items()}
     if all(_kind(schema) == "array" for schema in returns.values()) and "\n" in text:
-        rows = [[part for part in SEPARATOR.split(line) if part] for line in text.splitlines()]
-        return _columns(rows, returns)
-    left = FIELD.findall(text)
-    found = {}
+        rows = [_fields(line) for line in text.splitlines()]
+        return _columns([row if row[1:] else row[0].split() for row in rows if row], returns)
+    left = _fields(text)
+    found, told = {}, len(left)
     for name, schema in returns.items():
         if not left:
             raise BadAnswer(f"it has no {name}")
@@ -117,16 +119,41 @@ def _split(text: str, returns: Mapping[str, Any]) -> dict[str, Any]:
             found[name], left = value(",".join(left), schema), []
         else:
             found[name] = value(left.pop(0), schema)
+    if left:
+        raise BadAnswer(_too_many(told, returns, decimal_comma=";" in text and "," in text))
     return found
+
+
+def _fields(text: str) -> list[str]:
+    """What stands between commas or semicolons; one behind the last value is no value more."""
+    found: list[str] = FIELD.findall(text)
+    return found[: -1 if not found[-1].strip() else None]
+
+
+def _too_many(told: int, returns: Mapping[str, Any], *, decimal_comma: bool) -> str:
+    hint = 'a decimal comma? Then say `decimal: ","`' if decimal_comma else "an `answer` picks them"
+    return f"it has {told} values, and {len(returns)} are wanted; {hint}"
 
 
 def _columns(rows: list[list[str]], returns: Mapping[str, Any]) -> dict[str, Any]:
     """A table, a line of the answer for each row: each column is an array."""
     if short := next((row for row in rows if len(row) < len(returns)), None):
         raise BadAnswer(f"the row {short} has {len(short)} of {len(returns)} values")
+    if long := next((row for row in rows if len(row) > len(returns)), None):
+        words = _too_many(len(long), returns, decimal_comma=False)
+        raise BadAnswer(f"of the row {long}: {words}")
     items = [_items(schema) for schema in returns.values()]
     columns = [[value(row[at], one) for row in rows] for at, one in enumerate(items)]
     return dict(zip(returns, columns, strict=True))
+
+
+def _array(fields: list[str], one: Mapping[str, Any]) -> list[Any]:
+    """The values of an array; within a field they may stand between blanks, but `1.2 V` is one."""
+    whole = len(fields) > 1 and _kind(one) == "string"
+    parts = (
+        [field] if whole or NUMBER.fullmatch(field) else field.split() or [""] for field in fields
+    )
+    return [value(part, one) for several in parts for part in several]
 
 
 def _items(schema: Mapping[str, Any]) -> dict[str, Any]:
@@ -149,7 +176,7 @@ def value(text: str, schema: Mapping[str, Any]) -> Any:
         return _formed_value(text, schema)
     plain, kind = text.strip(), _kind(schema)
     if kind == "array":
-        return [value(part, _items(schema)) for part in SEPARATOR.split(plain) if part]
+        return _array(_fields(plain), _items(schema))
     if "words" in schema:
         for word, written in words_of(schema).items():
             if plain.strip("\"'").lower() == str(written).strip().lower():
@@ -197,6 +224,8 @@ def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int
     size = WORDS.get(word.lstrip("+-").lower())
     number = float(re.sub("[dD]", "e", word)) if size is None and word[-1:].isdigit() else size
     number = float(word) if number is None else number
+    if whole and DIGITS.fullmatch(word):
+        number = int(word)  # a serial number or a time in ns has more digits than a float
     size = abs(number)
     if math.isnan(number) or math.isclose(size, NOT_A_NUMBER, rel_tol=1e-6):
         return none_for("NotANumber", f"it answered {text!r}: it has no number", schema)
@@ -227,7 +256,14 @@ def _scaled(number: float, schema: Mapping[str, Any], *, whole: bool) -> float |
     scale, offset = schema.get("scale", 1), schema.get("offset", 0)
     if (scale, offset) != (1, 0):
         number = float(f"{number * scale + offset:.12g}")
-    return int(number) if whole else float(number)
+    return whole_of(number) if whole else float(number)
+
+
+def whole_of(number: float) -> int:
+    """A number without a fraction; raises BadAnswer, since to leave it out would be another value."""
+    if number != int(number):
+        raise BadAnswer(f"{number:.12g} is not a whole number")
+    return int(number)
 
 
 def words_of(schema: Mapping[str, Any]) -> dict[Any, Any]:
@@ -247,7 +283,7 @@ def none_for(name: str, words: str, schema: Mapping[str, Any]) -> None:
 
 
 def _in_unit(number: float, written: str, unit: str) -> float:
-    picks = "an `answer: '(.*) ...'` picks the number"
+    picks = f"an `answer: '(.*) {written}'` picks the number"
     if not UNIT.fullmatch(written):
         raise BadAnswer(f"{written!r}, which stands behind the number, is no unit; {picks}")
     if written.isupper() and written.lower() == unit.lower():
@@ -257,21 +293,39 @@ def _in_unit(number: float, written: str, unit: str) -> float:
         sizes = [name for name in _any_case(written) if _fits(name, unit)]
         if {name[:4] for name in sizes} >= {"mill", "mega"}:
             raise BadAnswer(f"{written} may be {' or '.join(sorted(sizes))}; {picks}")
-    for name in dict.fromkeys((written, UNITS.get(written.lower(), written))):
-        try:
-            return magnitude_in(quantity(number, name), unit)
-        except UnitError:
-            continue
-    for name in _any_case(written):  # KHZ, KV: as IEEE 488.2 writes them
-        if _fits(name, unit):
-            return magnitude_in(quantity(number, name), unit)
-    raise BadAnswer(f"its unit is {written!r}, wanted is {kind_of_unit(unit)} ({unit})")
+    powers = POWER.sub("^", written)  # cm-1, m3/h
+    for name in dict.fromkeys((written, UNITS.get(written.lower(), written), powers)):
+        if not _is_huge(name) and _fits(name, unit):
+            return _magnitude(number, name, unit)
+    if written.islower() and written == unit.lower():
+        return number
+    fitting = [name for name in _any_case(written) if _fits(name, unit)]  # KHZ, KV: as IEEE 488.2
+    if len({_magnitude(1.0, name, unit) for name in fitting}) > 1:
+        raise BadAnswer(f"{written} may be {' or '.join(sorted(fitting))}; {picks}")
+    if not fitting:
+        raise BadAnswer(f"its unit is {written!r}, wanted is {kind_of_unit(unit)} ({unit})")
+    return _magnitude(number, fitting[0], unit)
+
+
+def _magnitude(number: float, written: str, unit: str) -> float:
+    try:
+        return magnitude_in(quantity(number, written), unit)
+    except UnitError as fault:  # turns and radians in a second
+        raise BadAnswer(str(fault)) from fault
 
 
 def _any_case(written: str) -> list[str]:
-    ways = dict.fromkeys((written, written[0].lower() + written[1:]))
+    first, rest = written[0], written[1:]
+    other = first.upper() if written.islower() else first.lower()
+    ways = dict.fromkeys((written, other + rest))
     found = [registry().parse_unit_name(way, case_sensitive=False) for way in ways]
-    return ["".join(parts[:2]) for one in found for parts in one]
+    return ["".join(parts[:2]) for one in found for parts in one if parts[0] not in HUGE]
+
+
+def _is_huge(written: str) -> bool:
+    """Whether it can only be read as 10^15 or more of something: PA is no petaampere."""
+    prefixes = [parts[0] for parts in registry().parse_unit_name(written)]
+    return bool(prefixes) and all(prefix in HUGE for prefix in prefixes)
 
 
 def _fits(name: str, unit: str) -> bool:

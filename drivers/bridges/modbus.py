@@ -15,7 +15,7 @@ from ...schemas.contract import Action, Effect, Happened, Name
 from ...schemas.model import Model
 from ...system.extras import not_installed
 from ..driver import ActionFailed, GoalContext, Place
-from .answers import NoNumber, none_for
+from .answers import NoNumber, none_for, whole_of
 from .answers import value as value_of
 from .bridge import Bridge, Values
 from .by_action import ByAction, filled, texts
@@ -116,7 +116,7 @@ class ModbusConfig(ByAction):
     own_keys = ("words",)
     own_errors = {  # type: ignore[assignment] # noqa: RUF012
         **{name: (happened, words) for name, happened, words in REFUSALS.values()},
-        "NotANumber": NUMBER_ERRORS["NotANumber"],
+        **{name: NUMBER_ERRORS[name] for name in ("BadAnswer", "NotANumber")},
     }
 
     resource: str
@@ -340,6 +340,5 @@ def _as(value: Any, schema: dict[str, Any]) -> Any:
     kind = schema.get("type", "number")
     if kind == "boolean" or (isinstance(kind, list) and "boolean" in kind):
         return bool(value)
-    if kind == "integer":
-        return int(value)
-    return float(f"{value:.12g}") if isinstance(value, float) else value
+    value = float(f"{value:.12g}") if isinstance(value, float) else value
+    return whole_of(value) if kind == "integer" else value

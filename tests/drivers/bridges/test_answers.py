@@ -43,6 +43,19 @@ VOLT, CELSIUS = {"type": "number", "unit": "V"}, {"type": "number", "unit": "deg
         ("#H2A", {"type": "integer"}, 42),
         ("50 %", {"type": "number", "unit": "percent"}, 50.0),
         ("9.9E37", {"type": ["number", "null"]}, None),
+        ("100 PF", {"type": "number", "unit": "nF"}, 0.1),  # no petafarad
+        ("10 mhz", {"type": "number", "unit": "MHz"}, 10.0),
+        ("2 ghz", {"type": "number", "unit": "MHz"}, 2000.0),
+        ("500 cm-1", {"type": "number", "unit": "1/cm"}, 500.0),
+        ("3 m3/h", {"type": "number", "unit": "L/min"}, 50.0),
+        ("12345678901234567", {"type": "integer"}, 12345678901234567),
+        ("1.2 V, 900 mV", {"type": "array", "items": VOLT}, [1.2, 0.9]),
+        (
+            "run 1.csv,run 2.csv",
+            {"type": "array", "items": {"type": "string"}},
+            ["run 1.csv", "run 2.csv"],
+        ),
+        ("1,2,", {"type": "array"}, [1.0, 2.0]),
     ],
 )
 def test_a_value_is_read_in_the_contracts_unit(text, schema, wanted):
@@ -65,6 +78,14 @@ def test_a_value_is_read_in_the_contracts_unit(text, schema, wanted):
         ("maybe", {"type": "boolean"}, "neither on nor off"),
         ("1.5 V", {"type": "number"}, "the contract has none"),
         ("1230 MV", VOLT, "MV may be megavolt or millivolt"),
+        (
+            "10 mhz",
+            {"unit": "Hz"},
+            "mhz may be megahertz or millihertz; an `answer: '(.*) mhz'` picks",
+        ),
+        ("60 rpm", {"unit": "Hz"}, "whether a turn or a radian is meant"),
+        ("253", {"type": "integer", "scale": 0.1}, "25.3 is not a whole number"),
+        ("1,,3", {"type": "array"}, "'' is not a number"),
         (
             "12.34 g ?",
             {"type": "number", "unit": "g"},
@@ -113,3 +134,24 @@ def test_a_pattern_gives_names_or_an_order():
         values("2", returns, re.compile("(.)"))
     with pytest.raises(BadAnswer, match="it has no on"):
         values("2", returns, None)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("1,2,3", "it has 3 values, and 2 are wanted; an `answer` picks them"),
+        ("1,5;2,5", "it has 4 values, and 2 are wanted; a decimal comma"),
+        ("1;2;3\n4;5;6", r"of the row \['1', '2', '3'\]: it has 3 values"),
+        ("1;;3\n4;5;6", r"of the row \['1', '', '3'\]: it has 3 values"),
+    ],
+)
+def test_values_that_nobody_wanted_are_no_others(text, words):
+    one = {"type": "array"} if "\n" in text else {"type": "number"}
+
+    with pytest.raises(BadAnswer, match=words):
+        values(text, {"a": one, "b": one}, None)
+
+    assert values("1,2,", {"a": {"type": "number"}, "b": {"type": "number"}}, None) == {
+        "a": 1,
+        "b": 2,
+    }
