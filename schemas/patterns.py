@@ -4,9 +4,21 @@ Python's own matcher takes for ever with a pattern such as `(a+)+$`. RE2 has no 
 back-reference, and its `\\w`, `\\d` and `\\b` mean ASCII, as in JSON Schema and on the page.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from functools import cache, cached_property
 from typing import Any
+
+ANNOTATIONS = (
+    "unit",
+    "title",
+    "description",
+    "default",
+    "examples",
+    "deprecated",
+    "readOnly",
+    "writeOnly",
+)
+"""Keywords of a value's schema that nothing is checked by."""
 
 
 class PatternFault(ValueError):
@@ -119,6 +131,22 @@ def check_schema(schema: Mapping[str, Any]) -> None:
         if isinstance(fault.cause, PatternFault):
             fault.message = f"{fault.instance!r} is not a pattern that can be used: {fault.cause}"
         raise
+
+
+def unknown_keywords(
+    schema: Mapping[str, Any], own: Collection[str] = ()
+) -> Iterator[tuple[tuple[str, ...], list[str]]]:
+    """(path, keys that are known there) of each key that would do nothing, such as `minimun: 0`."""
+    known = [*_draft().VALIDATORS, *ANNOTATIONS, *own]
+    for key in schema:
+        if key not in known and not key.startswith(("$", "x-")):
+            yield (key,), known
+    named = dict(schema.get("properties", {})).items()
+    for path, one in [(("properties", n), s) for n, s in named] + [
+        (("items",), schema.get("items"))
+    ]:
+        if isinstance(one, Mapping):
+            yield from (((*path, *rest), keys) for rest, keys in unknown_keywords(one, own))
 
 
 @cache

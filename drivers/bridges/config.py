@@ -22,8 +22,8 @@ from ...schemas.contract import (
     Name,
 )
 from ...schemas.model import Model
-from ...schemas.patterns import PatternFault, check_schema, regular_expression
-from ...schemas.quantity import UnitError, seconds, unit_of
+from ...schemas.patterns import PatternFault, regular_expression
+from ...schemas.quantity import UnitError, seconds
 
 LAST_ONCE = "last_once"
 """The probe of every `once` action without its own: the driver's record of what it sent."""
@@ -88,6 +88,8 @@ class BridgeConfig(Model):
 
     own_keys: ClassVar[tuple[str, ...]] = ()
     """Keys of a value that say where it is found or how it is written; no part of the contract."""
+    elsewhere: ClassVar[str] = ": a library's value is what it is; compute in the protocol"
+    """Where those keys stand that this config's values do not have."""
     own_errors: ClassVar[dict[str, tuple[Happened, str]]] = {}
 
     summary: str = ""
@@ -205,9 +207,12 @@ class BridgeConfig(Model):
     def _action_faults(
         self, name: str, said: ActionConfig, action: Action, *, apart: bool
     ) -> Iterator[ConfigFault]:
+        from .schema_faults import schema_faults
+
         for part in ("params", "returns"):
             for one, schema in getattr(said, part).items():
-                yield from _schema_faults((part, one), schema)
+                for path, message, key in schema_faults(schema, self.own_keys, self.elsewhere):
+                    yield ConfigFault((part, one, *path), message, key)
         if apart and (said.params or said.returns):
             made, given = self._action(said), (action.param_schemas(), action.returns)
             if (made.param_schemas(), made.returns.get("properties", {})) != (
@@ -297,19 +302,6 @@ def time(value: Time | None) -> Time | None:
     except (UnitError, TypeError):
         pass  # what it is not is said below
     raise ValueError(f"{value!r} is not a time longer than 0 s, such as `2 s`")
-
-
-def _schema_faults(path: tuple[str | int, ...], schema: JsonSchema) -> Iterator[ConfigFault]:
-    from jsonschema import SchemaError
-
-    try:
-        check_schema(schema)
-        if "unit" in schema:
-            unit_of(str(schema["unit"]))
-    except SchemaError as fault:
-        yield ConfigFault((*path, *fault.absolute_path), fault.message)
-    except UnitError as fault:
-        yield ConfigFault((*path, "unit"), str(fault))
 
 
 def _object(properties: dict[str, Any], needed: list[str], *, closed: bool = False) -> JsonSchema:

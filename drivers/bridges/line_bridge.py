@@ -13,11 +13,10 @@ from ...schemas.contract import Action, Happened
 from ...schemas.messages import FileContent
 from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext, Place
-from .answers import OWN, BadAnswer, values, words_of
+from .answers import OWN, BadAnswer, values
 from .bridge import Bridge, Values, doubtful
 from .config import ActionConfig, BridgeConfig, ConfigFault, pattern
 from .lines import LineConfig, Lines, NoAnswer
-from .number_forms import form_faults
 
 NUMBER_ERRORS: dict[str, tuple[Happened, str]] = {
     "BadAnswer": ("unknown", "The answer is not what this action returns"),
@@ -82,10 +81,6 @@ class LineBridgeConfig(LineConfig, BridgeConfig):
                         f'"{found[0]}"'
                     )
                     yield ConfigFault(("actions", name, key), message)
-            for part in ("params", "returns"):
-                for one, schema in getattr(said, part).items():
-                    for key, message in _own_faults(schema):
-                        yield ConfigFault(("actions", name, part, one, key), message)
             if said.answer is None:
                 continue
             groups = set(regular_expression(said.answer).groupindex)
@@ -234,23 +229,3 @@ def file_of(goal: GoalContext, name: str, given: Values, data: bytes) -> str:
     path = str(given.get(name) or f"{name}.bin")
     goal.files[name] = FileContent(path=path, sha256=sha256(data).hexdigest(), data=data)
     return path
-
-
-def _own_faults(schema: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """(key, message) of what says how a value is written, and cannot be."""
-    if schema.get("scale", 1) == 0 or not isinstance(schema.get("scale", 1), (int, float)):
-        yield "scale", "it is a number other than 0: value = what is written × scale + offset"
-    if not isinstance(schema.get("offset", 0), (int, float)):
-        yield "offset", "it is a number: value = what is written × scale + offset"
-    if schema.get("base", 10) not in (2, 8, 10, 16):
-        yield "base", "it is 2, 8, 10 or 16"
-    if not isinstance(schema.get("bit", 0), int) or schema.get("bit", 0) < 0:
-        yield "bit", "it is the number of a bit, from 0 for the lowest"
-    yield from form_faults(schema)
-    if "words" in schema and not (isinstance(schema["words"], dict) and schema["words"]):
-        yield "words", 'say what the instrument writes for each value: {idle: "0", running: "1"}'
-    elif "words" in schema:
-        try:
-            words_of(schema)
-        except ValueError as fault:
-            yield "words", f"the values of a number are numbers: {fault}"

@@ -114,6 +114,7 @@ class ModbusConfig(ByAction):
     """The config of `driver: modbus`."""
 
     own_keys = ("words",)
+    elsewhere = ": it stands beside the address of its register"
     own_errors = {  # type: ignore[assignment] # noqa: RUF012
         **{name: (happened, words) for name, happened, words in REFUSALS.values()},
         **{name: NUMBER_ERRORS[name] for name in ("BadAnswer", "NotANumber")},

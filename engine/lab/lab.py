@@ -9,7 +9,7 @@ from ...schemas.also import broken_promises
 from ...schemas.contract import Contract, JsonSchema
 from ...schemas.contracts import ContractFault, read_contract, shipped_contracts
 from ...schemas.lab import Lab, LabDevice
-from ...schemas.patterns import check_schema, validator
+from ...schemas.patterns import check_schema, unknown_keywords, validator
 from ...schemas.problem import Problem
 from ...schemas.quantity import UnitError, magnitude_in, unit_of
 from ..language.shape import read_model
@@ -114,6 +114,9 @@ def check_schemas(contract: Contract, name: str) -> None:
             where = f"{name}: {action_name}.{part}"
             try:
                 check_schema(schema)
+                for path, known in unknown_keywords(schema):
+                    guess = did_you_mean(path[-1], known)
+                    raise ContractFault(f"{where}: unknown key {'.'.join(path)}{guess}")
                 for unit in _units(schema):
                     unit_of(unit)
             except SchemaError as fault:

@@ -99,6 +99,8 @@ def test_the_checker_knows_it_as_any_other(tmp_path):
             "E132 6:16 there is no action volts",
         ),
         ("happened: no", "happened: perhaps", "E112 6:51"),
+        ("minimum: 0.1", "minimun: 0.1", "E132 10:47 unknown key 'minimun'; did you mean minimum?"),
+        ("unit: V}}}", "unit: V, scale: 0}}}", "E132 8:93 it is a number other than 0"),
     ],
 )
 def test_what_is_said_wrongly_is_told_at_its_place(tmp_path, old, new, told):
@@ -113,6 +115,15 @@ actions:
   voltage:
     effect: pure
     returns: {type: object, required: [voltage], properties: {voltage: {type: number, unit: V}}}
+"""
+MODBUS = """devices:
+  kiln:
+    driver: modbus
+    config:
+      resource: 10.0.0.6:502
+      registers: {t: {input: 0}}
+      actions:
+        t: {read: t, returns: {t: {unit: degC, scale: 0.1}}}
 """
 APART = """contracts: [./meter.yaml]
 devices:
@@ -131,6 +142,17 @@ def test_a_contract_may_stand_apart(tmp_path):
 
     assert problems == []
     assert set(lab.contracts["meter@1"].actions) == {"voltage"}
+
+    _, problems = load(tmp_path, APART, meter=CONTRACT.replace("unit: V", "unti: V"))
+    assert "voltage.returns: unknown key properties.voltage.unti; did you mean unit?" in problems[0]
+
+
+def test_a_scale_that_nobody_would_read_is_told(tmp_path):
+    _, problems = load(tmp_path, MODBUS)
+
+    assert problems == [
+        "E132 8:48 unknown key 'scale': it stands beside the address of its register"
+    ]
 
 
 def test_one_that_stands_apart_and_what_is_said_must_agree(tmp_path):

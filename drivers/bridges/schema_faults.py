@@ -1,0 +1,56 @@
+"""What is wrong in the schema of a parameter or a result, as a lab's config says it."""
+
+from collections.abc import Collection, Iterator
+from difflib import get_close_matches
+from typing import Any
+
+from ...schemas.patterns import check_schema, unknown_keywords
+from ...schemas.quantity import UnitError, unit_of
+from .answers import OWN, words_of
+from .number_forms import form_faults
+
+Path = tuple[str | int, ...]
+
+
+def schema_faults(
+    schema: dict[str, Any], own_keys: Collection[str], elsewhere: str
+) -> Iterator[tuple[Path, str, bool]]:
+    """(path, message, whether it is about the key): `own_keys` say how a value is written here."""
+    from jsonschema import SchemaError
+
+    try:
+        check_schema(schema)
+        if "unit" in schema:
+            unit_of(str(schema["unit"]))
+    except SchemaError as fault:
+        yield tuple(fault.absolute_path), fault.message, False
+        return
+    except UnitError as fault:
+        yield ("unit",), str(fault), False
+    for path, known in unknown_keywords(schema, own_keys):
+        key = str(path[-1])
+        near = get_close_matches(key, known, n=1)
+        hint = elsewhere if key in OWN else f"; did you mean {near[0]}?" if near else ""
+        yield path, f"unknown key {key!r}{hint}", True
+    for key, message in _own_faults({k: v for k, v in schema.items() if k in own_keys}, schema):
+        yield (key,), message, False
+
+
+def _own_faults(own: dict[str, Any], schema: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """(key, message) of what says how a value is written, and cannot be."""
+    if own.get("scale", 1) == 0 or not isinstance(own.get("scale", 1), (int, float)):
+        yield "scale", "it is a number other than 0: value = what is written × scale + offset"
+    if not isinstance(own.get("offset", 0), (int, float)):
+        yield "offset", "it is a number: value = what is written × scale + offset"
+    if own.get("base", 10) not in (2, 8, 10, 16):
+        yield "base", "it is 2, 8, 10 or 16"
+    if not isinstance(own.get("bit", 0), int) or own.get("bit", 0) < 0:
+        yield "bit", "it is the number of a bit, from 0 for the lowest"
+    yield from form_faults(own)
+    if "words" in own and not (isinstance(own["words"], dict) and own["words"]):
+        yield "words", 'say what the instrument writes for each value: {idle: "0", running: "1"}'
+    elif "words" in own:
+        try:
+            words_of(schema)
+        except ValueError as fault:
+            yield "words", f"the values of a number are numbers: {fault}"
