@@ -5,7 +5,7 @@ SCPI (volume 1, 7.2.1) writes infinity as 9.9E37 and not-a-number as 9.91E37.
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ...schemas.quantity import UnitError, kind_of_unit, magnitude_in, quantity, registry, unit_of
@@ -39,7 +39,7 @@ POWER = re.compile(r"(?<=[A-Za-zµμ])(?=-?\d)")
 DIGITS = re.compile(r"[+-]?\d{1,30}")
 UNIT = re.compile(r"[\w%°µμΩ/*^·() +.-]+")
 """What a unit is written with: a mark behind it says something else, that a balance does not stand still."""
-OWN = ("scale", "offset", "base", "bit", "words", "power", *FORMS)
+OWN = ("scale", "offset", "base", "bit", "bits", "words", "power", "decimal", *FORMS)
 """How a value is written, as a lab says it: value = what is written × scale + offset."""
 TRUE, FALSE = {"1", "on", "true", "yes"}, {"0", "off", "false", "no"}
 
@@ -91,7 +91,7 @@ def values(
     named = found.groupdict()
     if named:
         missing = [name for name in returns if named.get(name) is None]
-        if missing and not _may_lack(returns[missing[0]]):
+        if missing and not may_lack(returns[missing[0]]):
             raise BadAnswer(f"{missing[0]} is not in it")
         return {n: None if named.get(n) is None else read(named[n], s) for n, s in returns.items()}
     parts = [part for part in found.groups() if part is not None] or [found[0]]
@@ -174,6 +174,8 @@ def value(text: str, schema: Mapping[str, Any]) -> Any:
     """One value; raises BadAnswer or NoNumber."""
     if set(FORMS) & set(schema):
         return _formed_value(text, schema)
+    if schema.get("decimal") == ",":
+        text = _pointed(text)
     plain, kind = text.strip(), _kind(schema)
     if kind == "array":
         return _array(_fields(plain), _items(schema))
@@ -184,6 +186,9 @@ def value(text: str, schema: Mapping[str, Any]) -> Any:
         raise BadAnswer(f"{plain!r} is none of {', '.join(map(str, schema['words'].values()))}")
     if "bit" in schema:
         return bool(_whole(plain, schema) >> int(schema["bit"]) & 1)
+    if "bits" in schema:
+        number = some_bits(_whole(plain, schema), schema["bits"])
+        return _scaled(number, schema, whole=kind == "integer")
     if kind in ("number", "integer"):
         return _number(plain, schema, whole=kind == "integer")
     if kind == "boolean":
@@ -252,6 +257,11 @@ def _whole(text: str, schema: Mapping[str, Any]) -> int:
         raise BadAnswer(f"{text!r} is no number of base {schema.get('base', 10)}") from None
 
 
+def some_bits(number: int, which: Sequence[int]) -> int:
+    """The number that some bits of it are, from the lowest to the highest of `which`."""
+    return number >> which[0] & (1 << which[1] - which[0] + 1) - 1
+
+
 def _scaled(number: float, schema: Mapping[str, Any], *, whole: bool) -> float | int:
     scale, offset = schema.get("scale", 1), schema.get("offset", 0)
     if (scale, offset) != (1, 0):
@@ -278,7 +288,7 @@ def words_of(schema: Mapping[str, Any]) -> dict[Any, Any]:
 
 def none_for(name: str, words: str, schema: Mapping[str, Any]) -> None:
     """Null where the contract allows it; otherwise raises NoNumber."""
-    if not _may_lack(schema):
+    if not may_lack(schema):
         raise NoNumber(name, words)
 
 
@@ -342,6 +352,7 @@ def _kind(schema: Mapping[str, Any]) -> str:
     return next((one for one in kind if one != "null"), "null") if isinstance(kind, list) else kind
 
 
-def _may_lack(schema: Mapping[str, Any]) -> bool:
+def may_lack(schema: Mapping[str, Any]) -> bool:
+    """Whether the contract allows null."""
     kind = schema.get("type", "")
     return isinstance(kind, list) and "null" in kind

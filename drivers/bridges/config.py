@@ -158,6 +158,8 @@ class BridgeConfig(Model):
         plain = {key: value for key, value in schema.items() if key not in own}
         if "bit" in own:
             plain = {"type": "boolean", **plain}
+        elif "bits" in own and "unit" not in plain:
+            plain = {"type": "integer", **plain}
         elif isinstance(own.get("words"), dict) and "type" not in plain:
             from .answers import words_of
 

@@ -5,7 +5,7 @@ import math
 from enum import Enum
 from typing import Any
 
-from .answers import INFINITE, OWN, BadAnswer, none_for, value
+from .answers import INFINITE, OWN, BadAnswer, may_lack, none_for, value
 
 
 def plainly(data: Any) -> str:
@@ -18,8 +18,10 @@ def found_at(data: Any, name: str, at: str, schema: dict[str, Any]) -> Any:
     single = not at and not isinstance(data, dict)
     for part in [] if single else (at or name).split("."):
         try:
-            data = data[int(part)] if isinstance(data, list) else data[part]
+            data = data[int(part)] if isinstance(data, (list, tuple)) else data[part]
         except (KeyError, IndexError, ValueError, TypeError) as fault:
+            if may_lack(schema):
+                return None
             raise BadAnswer(f"the answer has no {at or name}: {str(data)[:80]}") from fault
     if set(OWN) & set(schema):
         return value(plainly(data), schema)

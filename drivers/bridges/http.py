@@ -14,7 +14,7 @@ from pydantic import Field, field_validator, model_validator
 from ...schemas.contract import Action, Contract, Effect, Name
 from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext
-from .answers import OWN, BadAnswer
+from .answers import OWN, BadAnswer, value
 from .answers import values as values_of
 from .bridge import Bridge, Values
 from .by_action import WHOLE, ByAction, filled, texts
@@ -72,7 +72,7 @@ class HttpAction(ActionConfig):
 class HttpConfig(ByAction):
     """The config of `driver: http`; a returned value says `at: data.speed` where it is found."""
 
-    own_keys = ("at", *OWN)
+    own_keys = ("at", "header", *OWN)
     own_errors = {  # type: ignore[assignment] # noqa: RUF012
         "Refused": ("no", "The device refused it (status 400 to 499)"),
         "DeviceError": ("unknown", "The device failed (status 500 to 599)"),
@@ -173,16 +173,18 @@ class Http(Bridge):
         self, said: HttpAction, action: Action, values: Values, goal: GoalContext
     ) -> Values:
         params = self.params(said, action)
-        what, status, data, text = await self._asked(said, params, values, goal)
+        what, status, data, text, headers = await self._asked(said, params, values, goal)
         if status == 401 and self.config.login not in (None, said):
             await self._log_in(self.config.login)  # its token has run out, and nothing was done
-            what, status, data, text = await self._asked(said, params, values, goal)
+            what, status, data, text, headers = await self._asked(said, params, values, goal)
         self._refuse(what, said, status, text)
         returns = self.config.written(action.returns.get("properties", {}), said.returns)
+        above = {n: _in_header(headers, s) for n, s in returns.items() if "header" in s}
+        returns = {name: schema for name, schema in returns.items() if name not in above}
         if file := next((n for n, s in returns.items() if s.get("format") == "path"), None):
-            return {file: file_of(goal, file, values, data)}
+            return above | {file: file_of(goal, file, values, data)}
         if said.answer is not None:
-            return values_of(text, returns, regular_expression(said.answer))
+            return above | values_of(text, returns, regular_expression(said.answer))
         try:
             told = json.loads(text) if returns else None
         except ValueError as fault:
@@ -194,12 +196,12 @@ class Http(Bridge):
                 raise BadAnswer(f"{what} and answered {text[:80]!r}, which is no JSON") from fault
             told = text  # a single value, as some devices answer
         at = {n: fill(str(s.get("at", "")), values, params, goal.id) for n, s in returns.items()}
-        return {name: found_at(told, name, at[name], schema) for name, schema in returns.items()}
+        return above | {name: found_at(told, name, at[name], s) for name, s in returns.items()}
 
     async def _asked(
         self, said: HttpAction, params: Values, values: Values, goal: GoalContext
-    ) -> tuple[str, int, bytes, str]:
-        """Send the request: what was asked, the status, the answer as bytes and as text."""
+    ) -> tuple[str, int, bytes, str, list[str]]:
+        """Send the request: what was asked, the status, the answer as bytes and text, its headers."""
         from aiohttp import ClientError
 
         values = self.known | values
@@ -218,12 +220,12 @@ class Http(Bridge):
             async with (
                 asyncio.timeout(self.timeout_s(said)),
                 self._session.request(
-                    method, url, headers=self._headers(), allow_redirects=False, **more
+                    method, url, headers=self._headers(), allow_redirects=method == "get", **more
                 ) as got,
             ):
                 data = await got.read()
                 text = data.decode(got.charset or "utf-8", "backslashreplace")
-                return what, got.status, data, text
+                return what, got.status, data, text, [f"{n}: {v}" for n, v in got.headers.items()]
         except TimeoutError as fault:
             wait = f"{self.timeout_s(said):g} s"
             raise NoAnswer(f"{what} and did not answer within {wait}") from fault
@@ -242,3 +244,12 @@ class Http(Bridge):
         if status < 500:
             raise ActionFailed("Refused", words, "no")
         raise ActionFailed("DeviceError", words, "unknown")
+
+
+def _in_header(headers: list[str], schema: dict[str, Any]) -> Any:
+    """What the group of a pattern is, in the line of a header that it matches; raises BadAnswer."""
+    wanted = regular_expression(f"(?i:{schema['header']})")
+    found = next((one for one in map(wanted.fullmatch, headers) if one is not None), None)
+    if found is None:
+        raise BadAnswer(f"none of its headers matches {schema['header']!r}: {', '.join(headers)}")
+    return value(found[1 if wanted.groups else 0], schema)

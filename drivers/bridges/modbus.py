@@ -15,14 +15,16 @@ from ...schemas.contract import Action, Effect, Happened, Name
 from ...schemas.model import Model
 from ...system.extras import not_installed
 from ..driver import ActionFailed, GoalContext, Place
-from .answers import NoNumber, none_for, whole_of
+from .answers import BadAnswer, NoNumber, none_for, some_bits, whole_of
 from .answers import value as value_of
 from .bridge import Bridge, Values
 from .by_action import ByAction, filled, texts
 from .config import ActionConfig, ConfigFault
 from .line_bridge import NUMBER_ERRORS
 from .lines import NoAnswer
+from .number_forms import fewest_digits
 from .resource import read_resource
+from .schema_faults import bits_fault
 
 REFUSALS: dict[int, tuple[str, Happened, str]] = {
     1: ("IllegalFunction", "no", "the device does not have this function"),
@@ -36,8 +38,9 @@ REFUSALS: dict[int, tuple[str, Happened, str]] = {
 LONGEST_S = 3600.0
 """The library's own patience; how long is waited is said by each action."""
 Kind = Literal[
-    "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64", "bit", "string"
-]
+    "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64", "bcd16", "bcd32",
+    "bit", "string",
+]  # fmt: skip
 
 
 TABLES = ("holding", "input", "coil", "discrete")
@@ -55,6 +58,7 @@ class Register(Model):
     offset: float = 0.0
     length: int = Field(default=8, gt=0, le=125)
     bit: int | None = Field(default=None, ge=0, le=15)
+    bits: list[int] | None = None
     word_order: Literal["big", "little"] | None = None
     unit: int | None = Field(default=None, ge=0, le=255)
     nothing: list[int] = Field(default_factory=list)
@@ -68,6 +72,12 @@ class Register(Model):
             raise ValueError("its scale is 0, so it has no value")
         if self.bit is not None and (self.is_bit or self.type != "uint16"):
             raise ValueError("a `bit` is one of the 16 of an `input` or `holding` register")
+        if self.bits is not None and (self.is_bit or self.type not in ("uint16", "uint32")):
+            raise ValueError(
+                "`bits` are some of those of an `input` or `holding` register, unsigned"
+            )
+        if self.bits is not None and (fault := bits_fault(self.bits)):
+            raise ValueError(f"bits: {fault}")
         return self
 
     def _tables(self) -> list[str]:
@@ -83,7 +93,7 @@ class Register(Model):
 
     @property
     def writable(self) -> bool:
-        return self.table in ("holding", "coil") and self.bit is None
+        return self.table in ("holding", "coil") and (self.bit, self.bits) == (None, None)
 
 
 class ModbusAction(ActionConfig):
@@ -252,6 +262,12 @@ class Modbus(Bridge):
             raise NoNumber("NotANumber", f"{name} is {value}: the device has no value")
         if one.type.startswith("float") and value != value:
             raise NoNumber("NotANumber", f"{name} is NaN: the device has no value")
+        if one.type == "float32":
+            value = float(fewest_digits(value, ">f"))
+        if one.type.startswith("bcd"):
+            value = _of_digits(name, int(value))
+        if one.bits is not None:
+            value = some_bits(int(value), one.bits)
         return value * one.scale + one.offset if (one.scale, one.offset) != (1, 0) else value
 
     async def _write(self, name: str, value: Any, said: ModbusAction, *, first: bool) -> None:
@@ -264,7 +280,8 @@ class Modbus(Bridge):
             number = (float(value) - one.offset) / one.scale
             value = number if one.type.startswith("float") else round(number)
         try:
-            words = self._ordered(self._client.convert_to_registers(value, kind), one)
+            raw = int(str(value), 16) if one.type.startswith("bcd") else value
+            words = self._ordered(self._client.convert_to_registers(raw, kind), one)
         except Exception as fault:  # struct.error and the library's own, for what does not fit
             words = f"{name}: {value!r} does not fit into {one.type}: {fault}"
             raise ActionFailed("IllegalValue", words, "no" if first else "unknown") from fault
@@ -332,7 +349,14 @@ class Modbus(Bridge):
 
 
 def _kind(client: Any, one: Register) -> Any:
-    return client.DATATYPE[one.type.upper()]
+    return client.DATATYPE[one.type.upper().replace("BCD", "UINT")]
+
+
+def _of_digits(name: str, value: int) -> int:
+    """What four bits for each decimal digit are; raises BadAnswer."""
+    if not f"{value:x}".isdigit():
+        raise BadAnswer(f"{name} is {value:#x}, and of BCD each digit is 0 to 9")
+    return int(f"{value:x}")
 
 
 def _as(value: Any, schema: dict[str, Any]) -> Any:

@@ -93,9 +93,14 @@ def _read(data: bytes, kind: str) -> str:
         return str(int.from_bytes(data, "big" if order == ">" else "little", signed=sign == "i"))
     form = order + FLOATS[size]
     (number,) = struct.unpack(form, data)
+    return fewest_digits(number, form)
+
+
+def fewest_digits(number: float, form: str) -> str:
+    """The shortest number that is the same in these bytes: 1.1 of four is not 1.100000023841858."""
     if not math.isfinite(number):
         return str(number)
-    # The fewest digits that are this number again: 1.1 of four bytes is not 1.100000023841858.
+    data = struct.pack(form, number)
     for digits in range(1, 17):
         text = f"{number:.{digits}g}"
         with contextlib.suppress(OverflowError):  # rounded up, it no longer goes into so few bytes

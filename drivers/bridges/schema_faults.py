@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterator
 from difflib import get_close_matches
 from typing import Any
 
-from ...schemas.patterns import check_schema, unknown_keywords
+from ...schemas.patterns import PatternFault, check_schema, regular_expression, unknown_keywords
 from ...schemas.quantity import UnitError, unit_of
 from .answers import OWN, words_of
 from .number_forms import form_faults
@@ -36,6 +36,14 @@ def schema_faults(
         yield (key,), message, False
 
 
+def bits_fault(which: Any) -> str:
+    """What is wrong in the first and the last of some bits; empty if nothing is."""
+    good = isinstance(which, (list, tuple)) and len(which) == 2
+    if good and all(isinstance(one, int) for one in which) and 0 <= which[0] <= which[1]:
+        return ""
+    return "it is the first and the last bit, from 0 for the lowest: [4, 7]"
+
+
 def _own_faults(own: dict[str, Any], schema: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """(key, message) of what says how a value is written, and cannot be."""
     if own.get("scale", 1) == 0 or not isinstance(own.get("scale", 1), (int, float)):
@@ -46,6 +54,14 @@ def _own_faults(own: dict[str, Any], schema: dict[str, Any]) -> Iterator[tuple[s
         yield "base", "it is 2, 8, 10 or 16"
     if not isinstance(own.get("bit", 0), int) or own.get("bit", 0) < 0:
         yield "bit", "it is the number of a bit, from 0 for the lowest"
+    if fault := bits_fault(own.get("bits", [0, 0])):
+        yield "bits", fault
+    if own.get("decimal", ",") not in (".", ","):
+        yield "decimal", "it is a point or a comma"
+    try:
+        regular_expression(str(own.get("header", "")))
+    except PatternFault as fault:
+        yield "header", f"it is not a regular expression: {fault}"
     yield from form_faults(own)
     if "words" in own and not (isinstance(own["words"], dict) and own["words"]):
         yield "words", 'say what the instrument writes for each value: {idle: "0", running: "1"}'

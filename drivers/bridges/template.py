@@ -60,7 +60,7 @@ def fill(
         except (ValueError, TypeError) as fault:  # one that may be left out, and was
             raise ActionFailed("Rejected", f"{name}: {fault}; nothing was sent", "no") from fault
         if isinstance(value, float):
-            put = put.replace(".", decimal)
+            put = put.replace(".", schema.get("decimal", decimal))
         control = any(ord(sign) < 32 or ord(sign) == 127 for sign in put)
         if control and "bytes" not in schema:
             raise ActionFailed(

@@ -101,6 +101,25 @@ def test_a_job_is_asked_for_by_the_number_that_it_got(peer, ask):
     assert len(there.done("job")) == 2
 
 
+def test_a_job_is_asked_for_where_its_header_says(peer, once):
+    there = peer("http_peer.py")
+    queue = {
+        "post": "/jobs", "body": {}, "until": {"do": "ask", "state": "done"},
+        "returns": {"job": {"type": "string", "header": "location: /api(.*)"}},
+    }  # fmt: skip
+    ask = {
+        "get": "{job}", "params": {"job": {"type": "string"}},
+        "returns": {"state": {"type": "string"}, "who": {"type": ["string", "null"]}},
+    }  # fmt: skip
+    lost = {**queue, "returns": {"job": {"type": "string", "header": "X-Job: (.*)"}}}
+    said = {**config(there.where), "actions": {**ACTIONS, "queue": queue, "ask": ask, "lost": lost}}
+
+    assert once("http", said, "queue") == {"job": "/moved/1"}
+    assert once("http", said, "ask", job="/moved/1") == {"state": "done", "who": None}
+    with pytest.raises(ActionFailed, match=r"none of its headers matches 'X-Job: .*Location: "):
+        once("http", said, "lost")
+
+
 def test_refusals_have_names(peer, once):
     said = config(peer("http_peer.py").where)
     with pytest.raises(

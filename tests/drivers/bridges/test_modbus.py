@@ -18,6 +18,9 @@ REGISTERS = {
     "seventh": {"input": 7, "bit": 14},
     "target": {"holding": 10, "type": "int16", "scale": 0.1},
     "gain": {"holding": 20, "type": "float32"},
+    "portion": {"holding": 22, "type": "bcd16"},
+    "tens": {"holding": 22, "bits": [4, 7]},
+    "letters": {"input": 8, "type": "bcd16"},
     "nowhere": {"holding": 500},
     "other": {"input": 0, "unit": 2},
     "start": {"coil": 0},
@@ -36,6 +39,11 @@ ACTIONS = {
         "write": {"gain": "{gain}"}, "read": "gain", "params": {"gain": {"type": "number"}},
         "returns": {"gain": {"type": "number"}}, "effect": "idempotent",
     },
+    "set_portion": {
+        "write": {"portion": "{n}"}, "read": ["portion", "tens"], "params": {"n": {"type": "integer"}},
+        "returns": {"portion": {"type": "integer"}, "tens": {"type": "integer"}},
+    },
+    "letters": {"read": "letters", "returns": {"letters": {"type": "integer"}}},
     "lost": {"read": "nowhere", "returns": {"nowhere": {}}},
     "dose": {
         "write": {"start": True}, "until": {"do": "state", "busy": False}, "count": "doses",
@@ -57,7 +65,14 @@ def test_registers_have_types_scales_and_units(peer, once):
     assert once("modbus", said, "said") == {"busy": "idle"}
     with pytest.raises(ActionFailed, match=r"read input registers 0 \(other\)"):
         once("modbus", said, "other")  # a device of its own on the line, which is not there
-    assert once("modbus", said, "set_gain", gain=-1.5) == {"gain": -1.5}
+    assert once("modbus", said, "set_gain", gain=-25.3) == {"gain": -25.3}
+    assert once("modbus", said, "set_portion", n=1234) == {"portion": 1234, "tens": 3}
+    for action, given, words in (
+        ("set_portion", {"n": 12345}, "12345 does not fit into bcd16"),
+        ("letters", {}, "letters is 0x4f56, and of BCD each digit is 0 to 9"),
+    ):
+        with pytest.raises(ActionFailed, match=words):
+            once("modbus", said, action, **given)
     once("modbus", said, "heat", to=123.4)
     assert there.done("write")[-1] == {"done": "write", "address": 10, "values": [1234]}
     once("modbus", said, "heat", to=-1)
@@ -196,6 +211,7 @@ def test_one_that_is_not_there_is_said(once):
         ({"dose": {"write": {"start": 1}, "until": {"busy": 0}}}, "say which action is asked"),
         ({"x": {"read": "busy", "returns": {"busi": {}}}}, "x returns busi, which is not read"),
         ({"x": {}}, "it needs `read:"),
+        ({"x": {"write": {"tens": 1}}}, "tens is a bit of a holding register: write the whole"),
     ],
 )
 def test_what_does_not_fit_is_said(once, change, words):

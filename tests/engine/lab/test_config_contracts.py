@@ -101,6 +101,8 @@ def test_the_checker_knows_it_as_any_other(tmp_path):
         ("happened: no", "happened: perhaps", "E112 6:51"),
         ("minimum: 0.1", "minimun: 0.1", "E132 10:47 unknown key 'minimun'; did you mean minimum?"),
         ("unit: V}}}", "unit: V, scale: 0}}}", "E132 8:93 it is a number other than 0"),
+        ("unit: V}}}", "unit: V, bits: [7, 4]}}}", "E132 8:92 it is the first and the last bit"),
+        ("unit: V}}}", "unit: V, decimal: ;}}}", "E132 8:95 it is a point or a comma"),
     ],
 )
 def test_what_is_said_wrongly_is_told_at_its_place(tmp_path, old, new, told):

@@ -52,7 +52,12 @@ async def post_job(request):
     number = len(jobs) + 1
     jobs[number] = [0, (await request.json()).get("fails", False)]
     done("job", number=number)
-    return web.json_response({"job": {"id": number}}, status=201)
+    place = {"Location": f"/api/moved/{number}"}
+    return web.json_response({"job": {"id": number}}, status=201, headers=place)
+
+
+async def moved(request):
+    raise web.HTTPSeeOther(f"/api/jobs/{request.match_info['number']}")
 
 
 async def get_job(request):
@@ -118,6 +123,7 @@ async def main():
     app.router.add_post("/api/guarded", guarded)
     app.router.add_post("/api/jobs", post_job)
     app.router.add_get("/api/jobs/{number}", get_job)
+    app.router.add_get("/api/moved/{number}", moved)
     app.router.add_get("/api/odd/{text:.*}", odd)
     runner = web.AppRunner(app)
     await runner.setup()
