@@ -25,7 +25,7 @@ from .answers import BadAnswer
 from .bridge import ABORTED_S, Bridge, Values
 from .by_action import ByAction
 from .config import ActionConfig
-from .data import plain
+from .data import found_at, plain
 from .line_bridge import NUMBER_ERRORS
 from .lines import NoAnswer
 from .template import fill
@@ -79,6 +79,7 @@ class LibraryAction(ActionConfig):
 class LibraryConfig(ByAction):
     """What the config of every library's driver has."""
 
+    own_keys = ("at",)
     own_errors = NUMBER_ERRORS  # type: ignore[assignment]
 
     instrument: str = Field(pattern=r"^[A-Za-z]\w*(\.\w+)+$")
@@ -213,7 +214,8 @@ class Library(Bridge):
                 raise NoAnswer(f"the instrument was silent{self.silent_hint} ({fault})") from fault
             LOG.exception("%s of %s failed", said.path, self.place.device)
             raise OSError(f"{type(fault).__name__}: {fault}") from fault
-        return returned(found, action.returns.get("properties", {}), self.library)
+        returns = self.config.written(action.returns.get("properties", {}), said.returns)
+        return returned(found, returns, self.library)
 
     def _do_it(self, said: LibraryAction, action: Action, values: Values) -> Any:
         path = said.path
@@ -235,7 +237,9 @@ def last_of(there: Any, path: str) -> Any:
 
 
 def returned(found: Any, returns: dict[str, Any], library: str) -> Values:
-    """What a library returned, as a contract's `returns`: by name, in order, or the only one."""
+    """What a library returned, as a contract's `returns`: by place, by name, in order, or the only one."""
+    if any("at" in schema for schema in returns.values()):
+        return {name: found_at(found, name, s.get("at", ""), s) for name, s in returns.items()}
     if isinstance(found, tuple) and len(found) == len(returns) > 1:
         found = dict(zip(returns, found, strict=True))
     whole = found if isinstance(found, dict) else dict.fromkeys(list(returns)[:1], found)

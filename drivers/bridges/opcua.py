@@ -16,7 +16,7 @@ from .by_action import ByAction
 from .library import FAILED, Library, LibraryAction, Refused
 from .line_bridge import NUMBER_ERRORS
 from .opcua_nodes import arguments, connected, native, node_at, typed, variant
-from .sila2 import plain_name
+from .sila2 import by_plain_name, plain_name
 
 REFUSALS = (
     "BadArgumentsMissing", "BadAttributeIdInvalid", "BadInvalidArgument", "BadInvalidState",
@@ -31,6 +31,7 @@ LOST = ("Connection", "Session", "SecureChannel", "Communication", "Shutdown", "
 class OpcuaConfig(ByAction):
     """The config of `driver: opcua`; `security` is the library's string of policy, mode and files."""
 
+    own_keys = ("at",)
     own_errors = {**NUMBER_ERRORS, **FAILED}  # type: ignore[assignment] # noqa: RUF012
 
     url: str
@@ -66,6 +67,8 @@ class Opcua(Library):
             said.url, self.timeout_s(None), said.user, said.password, said.security
         )
         self._nodes: dict[str, Any] = {}
+        if any("at" in one for act in said.actions.values() for one in act.returns.values()):
+            await client.load_data_type_definitions()  # what the server's structures have in them
         server = client.get_node("i=2261")  # Server_ServerStatus_BuildInfo_ProductName
         self.versions = {"server": str(await server.read_value())}
         return client
@@ -94,18 +97,17 @@ class Opcua(Library):
             owner = owner or await method.get_parent()
             given = {plain_name(name): value for name, value in values.items()}
             inputs = await arguments(self._instrument, method, "InputArguments")
-            lacking = [name for name, _ in inputs if plain_name(name) not in given]
+            lacking = [name for name, _, _ in inputs if plain_name(name) not in given]
             if lacking:
                 raise Refused(f"the method needs {', '.join(lacking)}")
-            put = [variant(given[plain_name(name)], kind) for name, kind in inputs]
+            put = [variant(given[plain_name(name)], kind) for name, kind, _ in inputs]
             found = await owner.call_method(method.nodeid, *put)
             outputs = await arguments(self._instrument, method, "OutputArguments")
         except Exception as fault:  # as above
             raise self._failure(path, fault) from fault
         told = found if len(outputs) > 1 else [found]
-        named = {plain_name(n): native(v) for (n, _), v in zip(outputs, told, strict=False)}
-        returns = action.returns.get("properties", {})
-        return {name: named[plain_name(name)] for name in returns if plain_name(name) in named}
+        named = {name: native(value) for (name, _, _), value in zip(outputs, told, strict=False)}
+        return by_plain_name(named, action.returns.get("properties", {}))
 
     async def _node(self, path: str) -> Any:
         """The node of a path, or of an id as `ns=2;s=Oven`; raises Refused."""

@@ -1,6 +1,7 @@
 """The nodes of an OPC UA server: found by name, with their arguments and types, by asyncua."""
 
 import asyncio
+import dataclasses
 import datetime
 import logging
 from typing import Any
@@ -52,8 +53,8 @@ async def node_at(client: Any, path: str) -> Any:
     return there
 
 
-async def arguments(client: Any, method: Any, which: str) -> list[tuple[str, Any]]:
-    """Name and type of a method's arguments."""
+async def arguments(client: Any, method: Any, which: str) -> list[tuple[str, Any, Any]]:
+    """Name, type and description (`ua.Argument`) of a method's arguments."""
     from asyncua.common.ua_utils import data_type_to_variant_type  # pyright: ignore[reportMissingImports]
 
     found = [
@@ -63,7 +64,7 @@ async def arguments(client: Any, method: Any, which: str) -> list[tuple[str, Any
         return []
     told = await client.get_node(found[0].NodeId).read_value()
     types = [await data_type_to_variant_type(client.get_node(one.DataType)) for one in told]
-    return [(one.Name, kind) for one, kind in zip(told, types, strict=True)]
+    return [(one.Name, kind, one) for one, kind in zip(told, types, strict=True)]
 
 
 def variant(value: Any, kind: Any) -> Any:
@@ -77,12 +78,13 @@ def typed(value: Any, kind: Any) -> Any:
     """A value as a VariantType has it; raises Refused."""
     if isinstance(value, list):
         return [typed(one, kind) for one in value]
-    if kind.name in ("Float", "Double"):
-        return float(value)
-    if "Int" in kind.name or kind.name in ("Byte", "SByte"):
-        if int(value) != value:
+    whole = "Int" in kind.name or kind.name in ("Byte", "SByte")
+    if whole or kind.name in ("Float", "Double"):
+        if isinstance(value, str):
+            raise Refused(f"{value!r} is not a number")
+        if whole and int(value) != value:
             raise Refused(f"{value} is not a whole number")
-        return int(value)
+        return int(value) if whole else float(value)
     if kind.name == "LocalizedText":
         from asyncua import ua  # pyright: ignore[reportMissingImports]
 
@@ -94,6 +96,10 @@ def native(found: Any) -> Any:
     """OPC UA's types as data."""
     if isinstance(found, list):
         return [native(one) for one in found]
+    if dataclasses.is_dataclass(found) and not hasattr(found, "Body"):
+        names = [field.name for field in dataclasses.fields(found) if hasattr(found, field.name)]
+        if not {"Text", "Name"} & set(names):  # a structure
+            return {name: native(getattr(found, name)) for name in names}
     if isinstance(found, datetime.datetime):
         return found.isoformat()
     for name in ("Text", "Name"):  # LocalizedText, QualifiedName

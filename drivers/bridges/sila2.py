@@ -6,6 +6,7 @@ actions of a server's features.
 """
 
 import os
+import re
 import time
 from pathlib import Path
 from typing import Any, ClassVar
@@ -28,6 +29,7 @@ LOOK_S, LOOK_AT_MOST_S = 0.05, 0.5
 class Sila2Config(ByAction):
     """The config of `driver: sila2`: `url: sila2://10.0.0.9:50052`, and how it is encrypted."""
 
+    own_keys = ("at",)
     own_errors = {**NUMBER_ERRORS, **FAILED}  # type: ignore[assignment] # noqa: RUF012
 
     url: str
@@ -85,9 +87,7 @@ class Sila2(Library):
                 answer = self._finished(answer, client)
         except Exception as fault:  # known by name: the client makes classes of the features
             raise self._failure(path, fault, action) from fault
-        told = {plain_name(name): value for name, value in native(answer).items()}
-        returns = action.returns.get("properties", {})
-        return {name: told[plain_name(name)] for name in returns if plain_name(name) in told}
+        return by_plain_name(native(answer), action.returns.get("properties", {}))
 
     def _of(self, path: str) -> Any:
         feature, _, name = path.partition(".")
@@ -144,6 +144,13 @@ def native(found: Any) -> Any:
     return [native(one) for one in found] if isinstance(found, list) else found
 
 
+def by_plain_name(told: Values, returns: Values) -> Values:
+    """What was answered, and each of it by the name that the contract has for it, too."""
+    named = {plain_name(name): value for name, value in told.items()}
+    wanted = {name: plain_name(name) for name in returns}
+    return told | {name: named[plain] for name, plain in wanted.items() if plain in named}
+
+
 def plain_name(name: str) -> str:
-    """`TargetSpeed` and `target_speed` are the same."""
-    return name.replace("_", "").lower()
+    """`TargetSpeed`, `Target Speed` and `target_speed` are the same."""
+    return re.sub(r"[\W_]", "", name).lower()

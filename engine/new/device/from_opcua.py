@@ -35,7 +35,8 @@ def describe(source: str) -> Described:
     actions: dict[str, Schema] = {}
     for name, (_, said) in zip(short_names([p for p, _ in variables]), variables, strict=True):
         path, schema, limits = said["path"], said["schema"], said["limits"]
-        actions[f"read_{name}"] = {"get": path, "returns": {"value": schema}}
+        returns = said["parts"] or {"value": schema}
+        actions[f"read_{name}"] = {"get": path, "returns": returns}
         if said["writable"]:
             params = {"value": {**schema, **limits}}
             actions[f"set_{name}"] = {"set": path, "params": params, "effect": "idempotent"}
@@ -82,8 +83,10 @@ async def _browse(
 
 async def _variable(client: Any, node: Any) -> Schema | None:
     kind = (await node.read_data_type_as_variant_type()).name
-    schema = _schema(kind, await node.read_value_rank())
-    if schema is None:
+    rank = await node.read_value_rank()
+    parts = await _parts(client, await node.read_data_type(), kind, rank, "")
+    schema = _schema(kind, rank) or {}
+    if not (schema or parts):
         return None
     limits: Schema = {}
     for ref in await node.get_references(refs=46, direction=0):
@@ -98,9 +101,9 @@ async def _variable(client: Any, node: Any) -> Schema | None:
             if wide is not None and wide.Low < wide.High:
                 limits = {"minimum": wide.Low, "maximum": wide.High}
     allowed = {one.name for one in await node.get_user_access_level()}
-    writable = "CurrentWrite" in allowed
+    writable = "CurrentWrite" in allowed and not parts
     return (
-        {"schema": schema, "limits": limits, "writable": writable}
+        {"schema": schema, "limits": limits, "writable": writable, "parts": parts}
         if "CurrentRead" in allowed
         else None
     )
@@ -109,15 +112,34 @@ async def _variable(client: Any, node: Any) -> Schema | None:
 async def _method(client: Any, node: Any) -> Schema | None:
     told = {}
     for key, which in (("params", "InputArguments"), ("returns", "OutputArguments")):
-        schemas = {
-            snake(name): _schema(kind.name, -1)
-            for name, kind in await arguments(client, node, which)
-        }
-        if None in schemas.values():
-            return None
+        schemas: dict[str, Any] = {}
+        for name, kind, one in await arguments(client, node, which):
+            given = (one.DataType, kind.name, one.ValueRank, f"{name}.")
+            parts = await _parts(client, *given) if key == "returns" else {}
+            schemas |= parts or {snake(name): _schema(kind.name, one.ValueRank)}
+            if None in schemas.values():
+                return None
         if schemas:
             told[key] = schemas
     return told
+
+
+async def _parts(client: Any, kind: Any, name: str, rank: int, before: str) -> dict[str, Schema]:
+    """The fields of a structure that are values, and where each is found; none for anything else."""
+    if name != "ExtensionObject" or rank >= 0:
+        return {}
+    from asyncua.common.ua_utils import data_type_to_variant_type  # pyright: ignore[reportMissingImports]
+
+    try:
+        said = await client.get_node(kind).read_data_type_definition()
+    except Exception:  # a server need not say it
+        return {}
+    found: dict[str, Schema] = {}
+    for one in getattr(said, "Fields", None) or ():
+        inner = (await data_type_to_variant_type(client.get_node(one.DataType))).name
+        if (schema := _schema(inner, one.ValueRank)) is not None:
+            found[snake(one.Name)] = {**schema, "at": f"{before}{one.Name}"}
+    return found
 
 
 def _schema(kind: str, rank: int) -> Schema | None:

@@ -69,7 +69,9 @@ def _actions(client: Any) -> Iterator[tuple[str, Schema]]:
             *feature._unobservable_properties.values(),
             *feature._observable_properties.values(),
         ):
-            returns = _fields([(one._identifier, one.data_type)])
+            returns = dict(_inside(one.data_type, "")) or _fields(
+                [(one._identifier, one.data_type)]
+            )
             if returns is not None:
                 yield (
                     f"{name}.{one._identifier}",
@@ -85,6 +87,8 @@ def _command(feature: str, command: Any, more: Schema) -> Iterator[tuple[str, Sc
     path, name = f"{feature}.{command._identifier}", snake(command._identifier)
     params = _fields([(one._identifier, one.data_type) for one in command.parameters], given=True)
     returns = _fields([(one._identifier, one.data_type) for one in command.responses])
+    for one in command.responses:
+        returns = {**dict(_inside(one.data_type, f"{one._identifier}.")), **(returns or {})}
     if params is None:
         return
     errors = {
@@ -110,6 +114,17 @@ def _fields(parts: list[tuple[str, Any]], *, given: bool = False) -> Schema | No
     if given or len(parts) == 1:
         return None if None in schemas.values() else schemas
     return {name: schema for name, schema in schemas.items() if schema is not None}
+
+
+def _inside(kind: Any, place: str) -> Iterator[tuple[str, Schema]]:
+    """The values in a structure, and where each is found; none of anything else."""
+    while type(kind).__name__ == "DataTypeDefinition":
+        kind = kind.data_type
+    for one in kind.fields if type(kind).__name__ == "Structure" else ():
+        where = f"{place}{one._identifier}"
+        yield from _inside(one.data_type, f"{where}.")
+        if (schema := _boundless(_schema(one.data_type))) is not None:
+            yield snake(one._identifier), {**schema, "at": where}
 
 
 def _boundless(schema: Schema | None) -> Schema | None:

@@ -62,6 +62,24 @@ def test_variables_are_read_and_set_and_methods_called(oven, ask):
     assert {"done": "target", "to": 300.0} in there.done("target")
 
 
+def test_the_values_in_a_structure_are_results_of_their_own(oven, ask):
+    _, config = oven
+    number = {"type": "number"}
+    assert config["actions"]["weigh"]["returns"] == {
+        "mass": {**number, "at": "Result.Mass"},
+        "note": {"type": "string", "at": "Result.Note"},
+        "all_masses": {"type": "array", "items": number},
+    }
+
+    async def story(made):
+        return await made.weigh(GoalContext("run/1")), await made.read_last(GoalContext("run/2"))
+
+    assert ask("opcua", config, story) == (
+        {"mass": 2.5, "note": "wet", "all_masses": [1.0, 2.0]},
+        {"mass": 1.5, "note": "dry"},
+    )
+
+
 def test_its_refusals_have_not_happened_and_its_failures_may_have(oven, once):
     _, config = oven
     lost = {"get": f"{CHAMBER}/Nothing", "returns": {"value": DEGREES}}

@@ -64,6 +64,24 @@ def test_properties_are_read_and_commands_are_waited_for(shaker, ask):
     assert [one["done"] for one in there.done()] == ["on", "speed", "dispense"]
 
 
+def test_the_values_in_a_structure_are_results_of_their_own(shaker, ask):
+    """And what comes meanwhile of a command is not waited for."""
+    _, config = shaker()
+    rpm = {"type": "number", "unit": "rpm"}
+    assert config["actions"]["weigh"]["returns"] == {
+        "mass": {**rpm, "at": "Result.Mass"},
+        "stable": {"type": "boolean", "at": "Result.Stable"},
+    }
+
+    async def story(made):
+        weighed = await made.weigh(GoalContext("run/1"), label="a")
+        return weighed, await made.climate(GoalContext("run/2"))
+
+    told = ask("sila2", config, story)
+
+    assert told == ({"mass": 2.5, "stable": True}, {"damp": 40.0, "note": "dry"})
+
+
 def test_its_errors_are_named_and_what_it_refuses_has_not_happened(shaker, once):
     there, config = shaker()
     with pytest.raises(ActionFailed, match="balance it") as named:

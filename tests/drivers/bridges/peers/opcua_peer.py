@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 from asyncua import Server, ua, uamethod
+from asyncua.common.structures104 import new_struct, new_struct_field
 
 folder, habits = Path(sys.argv[1]), json.loads(Path(sys.argv[2]).read_text("utf-8"))
 DEGREES = ua.EUInformation(
@@ -76,6 +77,25 @@ async def main():
     ]
     outputs = [ua.Argument("Number", ua.NodeId(ua.ObjectIds.UInt32), -1)]
     await functions.add_method(space, "Dose", dose, inputs, outputs)
+    fields = [
+        new_struct_field("Mass", ua.VariantType.Double),
+        new_struct_field("Note", ua.VariantType.String),
+    ]
+    kind, _ = await new_struct(server, space, "Weighed", fields)
+    made = (await server.load_data_type_definitions())["Weighed"]
+    await functions.add_variable(space, "Last", ua.Variant(made(Mass=1.5, Note="dry")))
+
+    async def weigh(parent):
+        return [
+            ua.Variant(made(Mass=2.5, Note="wet")),
+            ua.Variant([1.0, 2.0], ua.VariantType.Double),
+        ]
+
+    outputs = [
+        ua.Argument("Result", kind.nodeid, -1),
+        ua.Argument("All Masses", ua.NodeId(ua.ObjectIds.Double), 1),
+    ]
+    await functions.add_method(space, "Weigh", weigh, [], outputs)
     async with server:
         watching = await server.create_subscription(50, Writes())
         await watching.subscribe_data_change(target)

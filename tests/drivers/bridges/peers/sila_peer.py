@@ -51,6 +51,12 @@ FDL = f"""<?xml version="1.0" encoding="utf-8" ?>
          + part("Response", "Turns", basic("Integer")) + part("Response", "Note", basic("String"))),
     part("Command", "StopNow", seen("No")),
     part("Command", "Upload", seen("No") + part("Parameter", "Data", basic("Binary"))),
+    part("Command", "Weigh", seen("Yes") + part("Parameter", "Label", basic("String"))
+         + part("Response", "Result", f"<DataType><Structure>{part('Element', 'Mass', RPM)}"
+                f"{part('Element', 'Stable', basic('Boolean'))}</Structure></DataType>")
+         + part("IntermediateResponse", "Mass", basic("Real"))),
+    part("Property", "Climate", seen("No") + f"<DataType><Structure>{part('Element', 'Damp', RPM)}"
+         f"{part('Element', 'Note', basic('String'))}</Structure></DataType>"),
     part("Property", "Speed", seen("Yes") + RPM),
     part("Property", "Count", seen("No") + basic("Integer")),
     part("Property", "Steps", seen("No") + f"<DataType><List>{RPM}</List></DataType>"),
@@ -71,6 +77,15 @@ class Shaking(FeatureImplementationBase):
 
     def get_Count(self, *, metadata):
         return self.count
+
+    def get_Climate(self, *, metadata):
+        return (40.0, "dry")
+
+    def Weigh(self, Label, *, metadata, instance):
+        instance.begin_execution()
+        for mass in (1.0, 2.0):
+            instance.send_intermediate_response(mass)
+        return 2.5, True
 
     def get_Steps(self, *, metadata):
         return [100.0, 200.0]
