@@ -6,6 +6,7 @@ from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import Any
 
+from ...language.suggest import closest, listed
 from ..protocol import CannotMake
 from .render import class_name
 from .sources import Described
@@ -39,7 +40,12 @@ def only(known: Described, patterns: str) -> Described:
     kept = {n: s for n, s in known.actions.items() if any(fnmatchcase(n, one) for one in wanted)}
     lost = [one for one in wanted if not any(fnmatchcase(n, one) for n in known.actions)]
     if lost or not kept:
-        raise CannotMake(f"no action fits {', '.join(lost)}; there is {', '.join(known.actions)}")
+        near = [n for one in lost for n in known.actions if fnmatchcase(n.lower(), one.lower())]
+        near = near or [n for one in lost if (n := closest(one.strip("*"), known.actions))]
+        guess = f"; did you mean {listed(dict.fromkeys(near), last='or')}?" if near else ""
+        raise CannotMake(
+            f"no action fits {', '.join(lost)}{guess}; there is {listed(known.actions)}"
+        )
     gone = known.actions.keys() - kept.keys()
     config = {
         key: value

@@ -37,8 +37,10 @@ def test_some_of_its_actions_are_chosen_by_name():
 
     assert list(chosen.actions) == ["home", "read_x"]
     assert chosen.config == {"instrument": "sim.SynAxis"}
-    with pytest.raises(CannotMake, match=r"no action fits mvoe; there is home, read_x, stop"):
-        only(KNOWN, "read_x,mvoe")
+    with pytest.raises(
+        CannotMake, match=r"no action fits Home; did you mean home\?; there is home, read_x"
+    ):
+        only(KNOWN, "read_x,Home")
 
 
 def test_the_contract_test_is_short():
