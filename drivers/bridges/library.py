@@ -76,16 +76,34 @@ class LibraryAction(ActionConfig):
         return "pure" if self.get is not None else "once"
 
 
-class LibraryConfig(ByAction):
-    """What the config of every library's driver has."""
+class LibraryActions(ByAction):
+    """What the config of every driver has that calls a library."""
 
     own_keys = ("at",)
     own_errors = NUMBER_ERRORS  # type: ignore[assignment]
 
-    instrument: str = Field(pattern=r"^[A-Za-z]\w*(\.\w+)+$")
-    options: dict[str, Any] = Field(default_factory=dict)
     actions: dict[Name, LibraryAction] = Field(min_length=1)
     status: list[str] = Field(default_factory=list)
+
+
+class LibraryConfig(LibraryActions):
+    """For a library that has a class for each instrument."""
+
+    instrument: str = Field(pattern=r"^[A-Za-z]\w*(\.\w+)+$")
+    options: dict[str, Any] = Field(default_factory=dict)
+
+
+class ServerConfig(LibraryActions):
+    """For a server that says itself what it has, at its `url`."""
+
+    own_errors = {**NUMBER_ERRORS, **FAILED}  # type: ignore[assignment] # noqa: RUF012
+
+    url: str
+
+    @property
+    def instrument(self) -> str:
+        """What a failure to connect names."""
+        return self.url
 
 
 def instrument_class(library: str, package: str, name: str) -> Any:

@@ -7,14 +7,12 @@ server's next start. `labrun new device NAME --from opc.tcp://host:port` writes 
 
 from typing import Any, ClassVar
 
-from pydantic import Field, field_validator
+from pydantic import field_validator
 
-from ...schemas.contract import Action, Name
+from ...schemas.contract import Action
 from ..driver import ActionFailed
 from .bridge import Values
-from .by_action import ByAction
-from .library import FAILED, Library, LibraryAction, Refused
-from .line_bridge import NUMBER_ERRORS
+from .library import Library, Refused, ServerConfig
 from .opcua_nodes import arguments, connected, native, node_at, typed, variant
 from .sila2 import by_plain_name, plain_name
 
@@ -28,18 +26,12 @@ REFUSALS = (
 LOST = ("Connection", "Session", "SecureChannel", "Communication", "Shutdown", "ServerHalted")
 
 
-class OpcuaConfig(ByAction):
+class OpcuaConfig(ServerConfig):
     """The config of `driver: opcua`; `security` is the library's string of policy, mode and files."""
 
-    own_keys = ("at",)
-    own_errors = {**NUMBER_ERRORS, **FAILED}  # type: ignore[assignment] # noqa: RUF012
-
-    url: str
     user: str | None = None
     password: str | None = None
     security: str | None = None
-    actions: dict[Name, LibraryAction] = Field(min_length=1)
-    status: list[str] = Field(default_factory=list)
 
     @field_validator("url")
     @classmethod
@@ -47,11 +39,6 @@ class OpcuaConfig(ByAction):
         if not value.startswith(("opc.tcp://", "opc.wss://")):
             raise ValueError(f"{value!r} is no address such as opc.tcp://10.0.0.9:4840")
         return value
-
-    @property
-    def instrument(self) -> str:
-        """What a failure to connect names."""
-        return self.url
 
 
 class Opcua(Library):

@@ -11,32 +11,24 @@ import time
 from pathlib import Path
 from typing import Any, ClassVar
 
-from pydantic import Field, field_validator
+from pydantic import field_validator
 
-from ...schemas.contract import Action, Name
+from ...schemas.contract import Action
 from ...system.extras import not_installed
 from ..driver import ActionFailed
 from .bridge import Values
-from .by_action import ByAction
-from .library import FAILED, Library, LibraryAction, Refused
-from .line_bridge import NUMBER_ERRORS
+from .library import Library, Refused, ServerConfig
 from .resource import read_resource
 
 REFUSALS = ("ValidationError", "CommandExecutionNotAccepted", "InvalidMetadata")
 LOOK_S, LOOK_AT_MOST_S = 0.05, 0.5
 
 
-class Sila2Config(ByAction):
+class Sila2Config(ServerConfig):
     """The config of `driver: sila2`: `url: sila2://10.0.0.9:50052`, and how it is encrypted."""
 
-    own_keys = ("at",)
-    own_errors = {**NUMBER_ERRORS, **FAILED}  # type: ignore[assignment] # noqa: RUF012
-
-    url: str
     insecure: bool = False
     root_certs: str | None = None
-    actions: dict[Name, LibraryAction] = Field(min_length=1)
-    status: list[str] = Field(default_factory=list)
 
     @field_validator("url")
     @classmethod
@@ -45,11 +37,6 @@ class Sila2Config(ByAction):
         if not value.startswith("sila2://"):
             raise ValueError(f"{value!r} is no address such as sila2://10.0.0.9:50052")
         return value
-
-    @property
-    def instrument(self) -> str:
-        """What a failure to connect names."""
-        return self.url
 
 
 class Sila2(Library):
