@@ -148,6 +148,10 @@ describe('the editor', () => {
     await open(page, 'adding.yaml')
     await row(page, /Move to/).click()
     await page.getByRole('button', { name: 'Add step' }).click()
+    await page.getByRole('button', { name: 'libs: measure', exact: true }).waitFor()
+
+    expect(await axe(page)).toEqual([])
+
     await page.getByRole('searchbox', { name: 'Search steps' }).fill('fire burst')
     await page.getByRole('button', { name: 'libs: measure', exact: true }).click()
     await row(page, /Measure/).and(page.locator('[aria-selected=true]')).waitFor()
@@ -261,6 +265,11 @@ describe('the editor', () => {
 
     expect(await textOf(page)).toContain("point: ${{ csv('places.csv') }}")
 
+    await row(page, /Move to/).click()
+
+    expect(await step.getByRole('combobox', { name: 'Take Z from' }).getByRole('option').allInnerTexts()).toContain('x of the point')
+
+    await row(page, /For each point/).click()
     for (let presses = 0; presses < 4; presses++) await page.getByRole('button', { name: 'Undo' }).click()
     await expect.poll(() => step.getByRole('radio', { name: 'Grid' }).isChecked()).toBe(true)
     await add('libs: measure')

@@ -52,4 +52,5 @@ def _table(path: Path) -> CsvTable:
         table = table_of(path.name, path.read_text(encoding="utf-8-sig"))
     except (TableFault, OSError, UnicodeDecodeError) as fault:
         return CsvTable(name=path.name, rows=0, columns=[], fault=str(fault))
-    return CsvTable(name=path.name, rows=len(table), columns=[one.name for one in table.columns])
+    names, kinds = [one.name for one in table.columns], [one.kind for one in table.columns]
+    return CsvTable(name=path.name, rows=len(table), columns=names, kinds=kinds)

@@ -95,6 +95,10 @@ class CsvTable(ApiModel):
     name: str
     rows: int
     columns: list[str] = Field(description="Names, as `row.NAME` in an expression.")
+    kinds: list[str] = Field(
+        default_factory=list,
+        description="Of each column: its unit, or integer, number, boolean or text.",
+    )
     fault: str | None = Field(default=None, description="Why it cannot be used as it is.")
 
 

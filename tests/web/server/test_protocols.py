@@ -168,7 +168,8 @@ def test_a_table_is_put_beside_its_protocol_and_told_with_its_columns(shared, pa
     told = page.get("/tables", params={"protocol": "sub/rows.yaml"}).json()
 
     assert first.status_code == 201
-    assert first.json() == {"name": "p.csv", "rows": 2, "columns": ["place", "x"], "fault": None}
+    columns = {"columns": ["place", "x"], "kinds": ["text", "mm"]}
+    assert first.json() == {"name": "p.csv", "rows": 2, **columns, "fault": None}
     assert again.json()["name"] == "p.csv"  # the same file once more
     assert other.json()["name"] == "p_2.csv"  # what is there is never replaced
     assert [(one["name"], one["rows"]) for one in told] == [("p.csv", 2), ("p_2.csv", 3)]

@@ -2170,6 +2170,11 @@ export interface components {
              * @description Why it cannot be used as it is.
              */
             fault?: string | null;
+            /**
+             * Kinds
+             * @description Of each column: its unit, or integer, number, boolean or text.
+             */
+            kinds?: string[];
             /** Name */
             name: string;
             /** Rows */

@@ -92,3 +92,14 @@ steps:
   expect(words(['steps', 2])).toEqual(expect.arrayContaining(['steps.side.x', 'steps.move_to.x']))
   expect(words(['steps', 2])).not.toContain('steps.later.x')
 })
+
+test('the columns of a table can be taken from, each with its unit', () => {
+  const now = read('labrun: 1\nsteps:\n  - foreach: {well: "${{ csv(\'wells.csv\') }}"}\n    steps:\n      - wait: 1 s\n')
+  if (!now.ok) throw new Error(now.message)
+  const tables = [{ name: 'wells.csv', rows: 2, columns: ['place', 'x', 'acid_used'], kinds: ['text', 'mm', 'boolean'], fault: null }]
+  const found = sourcesAt(now.data, ['steps', 0, 'steps', 0], { ...contracts, tables })
+
+  expect(found.map(({ label, words, kind, unit }) => [label, words, kind, unit])).toEqual([
+    ['place of the well', 'well.place', 'text', ''], ['x of the well', 'well.x', 'number', 'mm'], ['acid used of the well', 'well.acid_used', 'truth', ''],
+  ])
+})

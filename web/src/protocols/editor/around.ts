@@ -30,7 +30,7 @@ interface Around {
   loop: Loop | null
 }
 
-type Known = Pick<Contracts, 'deviceOf'>
+type Known = Pick<Contracts, 'deviceOf'> & Partial<Pick<Contracts, 'tables'>>
 
 /** The loops around a step, the innermost first. */
 export function loopsAround(data: unknown, path: Path): Around[] {
@@ -45,7 +45,7 @@ export function loopsAround(data: unknown, path: Path): Around[] {
 
 /** Everything in reach at a place: of the loops around it, then of the steps before it, the nearest first. */
 export function sourcesAt(data: unknown, path: Path, contracts: Known): Source[] {
-  const found = loopsAround(data, path).flatMap(ofLoop)
+  const found = loopsAround(data, path).flatMap((one) => ofLoop(one, contracts.tables ?? []))
   const ids = new Set<string>()
   gatherIds(data, ids)
   for (let length = path.length; length > 0; length--) {
@@ -58,12 +58,38 @@ export function sourcesAt(data: unknown, path: Path, contracts: Known): Source[]
   return found
 }
 
-function ofLoop({ name, loop }: Around): Source[] {
-  const source = (words: string, label: string, unit: string): Source => ({ label, words, name: words.split('.').at(-1) ?? '', kind: 'number', unit, path: false, edits: [], action: '' })
-  if (hasPoints(loop)) return [source(`${name}.x`, `x of the ${spaced(name)}`, 'mm'), source(`${name}.y`, `y of the ${spaced(name)}`, 'mm'), source(`${name}.index`, `number of the ${spaced(name)}`, '')]
-  if (loop?.kind === 'values') return [source(name, spaced(name), /[a-zµ°%]+/i.exec(loop.slots['to'] ?? '')?.[0] ?? '')]
-  if (loop?.kind === 'list') return [{ ...source(name, spaced(name), ''), kind: loop.items?.every((one) => typeof one === 'number') === true ? 'number' : 'text' }]
+export function source(words: string, label: string, kind: Field['kind'], unit = ''): Source {
+  return { label, words, name: words.split('.').at(-1) ?? '', kind, unit, path: false, edits: [], action: '' }
+}
+
+/** What a schema says of a value. */
+export function schemaSource(words: string, label: string, part: Record<string, unknown>): Source {
+  const types = Array.isArray(part['type']) ? part['type'].map(String) : [String(part['type'])]
+  const unit = typeof part['unit'] === 'string' ? part['unit'] : ''
+  const kind = types.some((one) => one === 'number' || one === 'integer' || one === 'quantity') || unit !== '' ? 'number' : types.includes('boolean') ? 'truth' : types.includes('string') ? 'text' : 'list'
+  return source(words, label, kind, unit)
+}
+
+export function paramsOf(data: unknown): Source[] {
+  const params = isMap(data) && isMap(data['params']) ? Object.entries(data['params']) : []
+  return params.map(([name, part]) => schemaSource(`params.${name}`, `${name} of the parameters`, isMap(part) ? part : {}))
+}
+
+function ofLoop({ name, loop }: Around, tables: Contracts['tables']): Source[] {
+  const of = `of the ${spaced(name)}`
+  if (hasPoints(loop)) return [source(`${name}.x`, `x ${of}`, 'number', 'mm'), source(`${name}.y`, `y ${of}`, 'number', 'mm'), source(`${name}.index`, `number ${of}`, 'number')]
+  if (loop?.kind === 'values') return [source(name, spaced(name), 'number', /[a-zµ°%]+/i.exec(loop.slots['to'] ?? '')?.[0] ?? '')]
+  if (loop?.kind === 'list') return [source(name, spaced(name), loop.items?.every((one) => typeof one === 'number') === true ? 'number' : 'text')]
+  if (loop?.kind === 'table') {
+    const { columns = [], kinds = [] } = tables.find((one) => one.name === loop.slots['file']) ?? {}
+    return columns.map((column, i) => source(`${name}.${column}`, `${spaced(column)} ${of}`, ...cellOf(kinds[i] ?? '')))
+  }
   return []
+}
+
+function cellOf(kind: string): [Field['kind'], string] {
+  const known: Record<string, Field['kind']> = { integer: 'number', number: 'number', boolean: 'truth', text: 'text' }
+  return [known[kind] ?? 'number', kind in known ? '' : kind]
 }
 
 function ofStep(data: unknown, path: Path, contracts: Known, ids: ReadonlySet<string>): Source[] {

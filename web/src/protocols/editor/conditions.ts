@@ -1,6 +1,6 @@
 // A condition as a form: `${{ status.oven.temperature > 950 degC and not status.leak.wet }}`, and how it is written.
 import { isMap, type Path } from '../text/path'
-import { sourcesAt, type Source } from './around'
+import { paramsOf, schemaSource, source, sourcesAt, type Source } from './around'
 import { innerOf } from '../text/calls'
 import type { Contracts } from './contracts'
 import { isNumber, type Field } from './fields'
@@ -74,9 +74,7 @@ export function lookedAt(data: unknown, path: Path, contracts: Pick<Contracts, '
   const names = namesIn(data)
     .filter(({ name, detail }) => detail === 'set by a step' || name === 'run.simulated')
     .map(({ name }): Source => source(name, name === 'run.simulated' ? 'this run is simulated' : name, name === 'run.simulated' ? 'truth' : 'list', ''))
-  const params = isMap(data) && isMap(data['params']) ? Object.entries(data['params']) : []
-  const given = params.map(([name, part]) => schemaSource(`params.${name}`, `${name} of the parameters`, isMap(part) ? part : {}))
-  return [...(watching ? statusOf(data, contracts) : []), ...known, ...names, ...given]
+  return [...(watching ? statusOf(data, contracts) : []), ...known, ...names, ...paramsOf(data)]
 }
 
 /** Every status field of the devices of the protocol. */
@@ -87,15 +85,4 @@ function statusOf(data: unknown, contracts: Pick<Contracts, 'deviceOf'>): Source
     const fields = schema && isMap(schema['properties']) ? Object.entries(schema['properties']) : []
     return fields.map(([name, part]) => schemaSource(`status.${role}.${name}`, `${name.replaceAll('_', ' ')} of ${role}`, isMap(part) ? part : {}))
   })
-}
-
-function schemaSource(words: string, label: string, part: Record<string, unknown>): Source {
-  const types = Array.isArray(part['type']) ? part['type'].map(String) : [String(part['type'])]
-  const unit = typeof part['unit'] === 'string' ? part['unit'] : ''
-  const kind = types.some((one) => one === 'number' || one === 'integer' || one === 'quantity') || unit !== '' ? 'number' : types.includes('boolean') ? 'truth' : types.includes('string') ? 'text' : 'list'
-  return source(words, label, kind, unit)
-}
-
-function source(words: string, label: string, kind: Field['kind'], unit: string): Source {
-  return { label, words, name: words.split('.').at(-1) ?? '', kind, unit, path: false, edits: [], action: '' }
 }

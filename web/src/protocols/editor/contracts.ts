@@ -3,7 +3,7 @@ import { defineStore } from 'pinia'
 import { computed, shallowRef } from 'vue'
 import { api, read } from '../../api/client'
 import { useConnection } from '../../api/updates/connection'
-import type { ActionForm, DeviceDetail, DeviceState } from '../../api/types'
+import type { ActionForm, DeviceDetail, DeviceState, Received } from '../../api/types'
 import { isMap, valueAt } from '../text/path'
 
 export type Schema = Record<string, unknown>
@@ -11,6 +11,8 @@ export type Schema = Record<string, unknown>
 export const useContracts = defineStore('contracts', () => {
   const devices = shallowRef<readonly DeviceDetail[]>([])
   const schema = shallowRef<Schema>({})
+  /** The CSV files beside the protocol that is open. */
+  const tables = shallowRef<readonly Received<'CsvTable'>[]>([])
   const connection = useConnection()
   let asked: Promise<void> | null = null
 
@@ -30,6 +32,10 @@ export const useContracts = defineStore('contracts', () => {
     devices.value = (await Promise.all(details)) as unknown as DeviceDetail[]
   }
 
+  async function loadTables(protocol: string): Promise<void> {
+    tables.value = (await read(api.GET('/api/v1/tables', { params: { query: { protocol } } }))) as unknown as Received<'CsvTable'>[]
+  }
+
   /** A device of a contract: of that name if there is one. */
   function deviceOf(contract: string, name: string): DeviceDetail | null {
     const fit = devices.value.filter((one) => one.contract === contract)
@@ -38,7 +44,7 @@ export const useContracts = defineStore('contracts', () => {
 
   const reach = computed(() => new Map(Object.entries(connection.bench.devices).map(([name, one]) => [name, one.reach])))
 
-  return { devices, schema, load, deviceOf, reach }
+  return { devices, schema, tables, load, loadTables, deviceOf, reach }
 })
 
 export type Contracts = ReturnType<typeof useContracts>

@@ -16,21 +16,23 @@ export interface Frame {
 }
 
 const MARGIN = 34
+const LEAST_MM = 1
 
-/** Around the points, or the whole area. */
-export function frameOf(track: Track, width: number, height: number, whole: boolean): Frame {
+/** Around the points, the whole area, or a part of the bench. */
+export function frameOf(track: Track, width: number, height: number, shown: 'points' | 'bench' | Box): Frame {
   const { area } = track
   let [x0, x1, y0, y1] = [Infinity, -Infinity, Infinity, -Infinity]
   track.x_mm.forEach((x, i) => {
     const y = track.y_mm[i] ?? 0
     ;[x0, x1, y0, y1] = [Math.min(x0, x), Math.max(x1, x), Math.min(y0, y), Math.max(y1, y)]
   })
-  if (whole || !Number.isFinite(x0)) {
+  if (typeof shown === 'object') [x0, x1, y0, y1] = [shown.x, shown.x + shown.width, shown.y, shown.y + shown.height]
+  else if (shown === 'bench' || !Number.isFinite(x0)) {
     ;[x0, x1] = [Math.min(x0, area.x0 ?? x0), Math.max(x1, area.x1 ?? x1)]
     ;[y0, y1] = [Math.min(y0, area.y0 ?? y0), Math.max(y1, area.y1 ?? y1)]
   }
   if (!Number.isFinite(x0)) [x0, x1, y0, y1] = [0, 100, 0, 100]
-  const scale = Math.min((width - 2 * MARGIN) / Math.max(x1 - x0, 1), (height - 2 * MARGIN) / Math.max(y1 - y0, 1))
+  const scale = Math.min((width - 2 * MARGIN) / Math.max(x1 - x0, LEAST_MM), (height - 2 * MARGIN) / Math.max(y1 - y0, LEAST_MM))
   const left = (width - (x1 - x0) * scale) / 2
   const bottom = height - (height - (y1 - y0) * scale) / 2
   return {
@@ -38,6 +40,13 @@ export function frameOf(track: Track, width: number, height: number, whole: bool
     px: (x) => left + (x - x0) * scale, py: (y) => bottom - (y - y0) * scale,
     xOf: (px) => (px - left) / scale + x0, yOf: (py) => (bottom - py) / scale + y0,
   }
+}
+
+/** What is shown once it is nearer or farther by a factor; the place stays where it is. */
+export function zoomed({ width, height, xOf, yOf }: Frame, at: Spot, factor: number): Box {
+  const [left, right, front, back] = [xOf(MARGIN), xOf(width - MARGIN), yOf(height - MARGIN), yOf(MARGIN)]
+  const by = Math.max(factor, LEAST_MM / Math.min(right - left, back - front))
+  return { x: at.x + (left - at.x) * by, y: at.y + (front - at.y) * by, width: (right - left) * by, height: (back - front) * by }
 }
 
 /** A place on the bench in mm. */

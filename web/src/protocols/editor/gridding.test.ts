@@ -1,6 +1,7 @@
 // The grid as two corners: which parameters they are, and what dragging and teaching write.
 import { expect, test } from 'vitest'
 import { parse } from 'yaml'
+import { frameOf, zoomed } from './drawing'
 import { cornersOf, cutAround, cutOff, moveTo, stretchTo } from './gridding'
 
 const data: unknown = parse(`params:
@@ -83,4 +84,15 @@ test('is cut off beside what is kept out, on the side that leaves the most', () 
   expect(cutAround(box, { x0: 70, x1: 120, y0: null, y1: null })).toEqual({ x: 0, y: 0, width: 70, height: 50 })
   expect(cutAround(box, { x0: -5, x1: 10, y0: 20, y1: 60 })).toEqual({ x: 10, y: 0, width: 90, height: 50 })
   expect(cutAround(box, { x0: -5, x1: 105, y0: null, y1: null })).toBe(null)
+})
+
+test('a place that the wheel brings nearer stays where it is, down to a millimetre across', () => {
+  const track = { area: { x0: 0, x1: 730, y0: 0, y1: 810 }, x_mm: [], y_mm: [] } as unknown as Parameters<typeof frameOf>[0]
+  let frame = frameOf(track, 600, 280, 'bench')
+  const at = { x: 500, y: 200 }
+  const [px, py] = [frame.px(at.x), frame.py(at.y)]
+  for (let i = 0; i < 60; i++) frame = frameOf(track, 600, 280, zoomed(frame, at, 0.8))
+
+  expect([frame.px(at.x), frame.py(at.y)].map(Math.round)).toEqual([px, py].map(Math.round))
+  expect((280 - 68) / frame.scale).toBeCloseTo(1)
 })

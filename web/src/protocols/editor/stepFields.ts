@@ -4,6 +4,8 @@ import type { Field } from './fields'
 
 export interface StepField extends Field {
   label: string
+  /** Shown only where a person asks for more. */
+  rare?: boolean
 }
 
 function field(name: string, label: string, kind: Field['kind'] = 'text', about = '', more: Partial<StepField> = {}): StepField {
@@ -12,6 +14,7 @@ function field(name: string, label: string, kind: Field['kind'] = 'text', about 
 
 const NEEDED = { required: true }
 const PLAIN = { plain: true }
+const RARE = { rare: true }
 
 /** The keys that say what the step does. */
 export const OF_KIND: Record<StepKind, StepField[]> = {
@@ -19,9 +22,9 @@ export const OF_KIND: Record<StepKind, StepField[]> = {
   parallel: [field('on_failure', 'When one fails', 'choice', 'What happens to the others', { choices: ['finish', 'cancel'], ...PLAIN })],
   any: [],
   foreach: [
-    field('key', 'Key', 'text', 'What permanently identifies an iteration, such as ${{ point.index }}'),
-    field('at_once', 'At once', 'number', 'How many may run at the same time', { placeholder: '1' }),
-    field('order', 'Order of those at once', 'choice', 'As listed, or so that all take the least time', { choices: ['listed', 'shortest'], ...PLAIN }),
+    field('key', 'Key', 'text', 'What permanently identifies an iteration, such as ${{ point.index }}', RARE),
+    field('at_once', 'At once', 'number', 'How many may run at the same time', { placeholder: '1', ...RARE }),
+    field('order', 'Order of those at once', 'choice', 'As listed, or so that all take the least time', { choices: ['listed', 'shortest'], ...PLAIN, ...RARE }),
   ],
   repeat: [field('repeat', 'How often', 'number', '', NEEDED)],
   while: [field('max', 'At most', 'number', 'How often at most; then the step fails')],
@@ -61,7 +64,7 @@ export const UNKNOWN = field('on_unknown', 'If it is unknown whether it happened
 export const ATTEMPTS = field('attempts', 'Attempts in total', 'number', '', { placeholder: '1', ...PLAIN })
 export const WAIT = field('wait', 'Wait between', 'text', 'Such as 2 s', { placeholder: '0 s', ...PLAIN })
 export const MAX_FAILED = field('max_failed', 'May fail', 'number', 'How many may fail before the loop fails', { placeholder: 'any', ...PLAIN })
-export const IN_A_ROW = field('in_a_row', 'One after the other', 'number', 'How many in a row may fail before the loop fails', { placeholder: 'any', ...PLAIN })
+export const IN_A_ROW = field('in_a_row', 'In a row', 'number', 'How many in a row may fail before the loop fails', { placeholder: 'any', ...PLAIN })
 
 /** Keys shown elsewhere: in the outline, or in their own part of the form. */
 export const ELSEWHERE = new Set([
