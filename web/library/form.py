@@ -70,18 +70,25 @@ def hazards_of(checked: Checked) -> list[Hazard]:
 
 
 def questions_of(checked: Checked) -> list[str]:
-    """Questions that the operator will or may be asked, in the order of the protocol."""
+    """Questions that the operator of this lab will or may be asked, in the order of the protocol."""
     if checked.protocol is None or checked.survey is None:
         return []
-    return list(_questions(outlook(checked), checked.protocol.steps, ("steps",)))
+    view = outlook(checked)
+    if checked.lab is not None:
+        view = view.bound(run={"simulated": checked.lab.lab.simulated})
+    return list(_questions(view, checked.protocol.steps, ("steps",)))
 
 
 def _questions(view: Outlook, steps: Sequence[p.Step], place: Place) -> Iterator[str]:
     for index, step in enumerate(steps):
         at = (*place, index)
+        if step.when is not None and view.truth(step.when, (*at, "when")) is False:
+            continue
         if isinstance(step, p.Confirm):
             yield spoken(view, step.confirm, (*at, "confirm"))
         elif isinstance(step, p.Ask):
             yield spoken(view, step.ask, (*at, "ask"))
+        truth = view.truth(step.if_, (*at, "if")) if isinstance(step, p.If) else None
         for key, inner in p.inner_lists(step):
-            yield from _questions(view, inner, (*at, key))
+            if truth is None or (key == "then") is truth:
+                yield from _questions(view, inner, (*at, key))

@@ -12,6 +12,11 @@ name: far
 devices: {gantry: gantry@1}
 steps: [{do: gantry.home, timeout: 1 min}, {do: gantry.move_to, with: {x: 5 mm}, timeout: 1 min}]
 """
+ASKING = """\
+  - {confirm: argon on?, when: "${{ not run.simulated }}"}
+  - {if: "${{ run.simulated }}", then: [{confirm: only practising?}], else: [{confirm: for real?}]}
+  - {confirm: 'run ${{ run.id }} now?'}
+"""
 LAB = """\
 name: own
 simulated: %s
@@ -33,3 +38,15 @@ def test_twins_are_as_quick_as_their_clock(tmp_path, simulated, clock, seconds):
 
     assert (before.low, before.runs) == (pytest.approx(seconds), 0)
     assert after.runs == 1 and 4 < after.low < after.high < 8
+
+
+@pytest.mark.parametrize(
+    ("simulated", "asked"), [("true", ["only practising?"]), ("false", ["argon on?", "for real?"])]
+)
+def test_a_preview_lists_the_questions_that_this_lab_will_ask(tmp_path, simulated, asked):
+    (tmp_path / "lab.yaml").write_text(LAB % (simulated, "real"))
+    text = TEXT.split("steps:")[0] + "steps:\n" + ASKING
+    checked = check_text(text, str(tmp_path / "far.yaml"), lab=tmp_path / "lab.yaml")
+    told = preview_of(checked, Timings(tmp_path / "timings.json")).needs_you
+
+    assert told[:-1] == asked and told[-1].startswith("run ")
