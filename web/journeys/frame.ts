@@ -1,7 +1,7 @@
 // The frame: welcome, places, control between two people, themes, keys.
 import { describe, expect, it } from 'vitest'
 import { ask } from './bench'
-import { allOnline, aPerson, isLive, NARROW, tabTo } from './browser'
+import { allOnline, aPerson, isLive, NARROW, releaseControl, tabTo } from './browser'
 import { picture } from './look'
 import { bench, browser } from './stage'
 
@@ -145,8 +145,7 @@ describe('the frame', () => {
     await ada.page.getByRole('button', { name: 'Take control' }).waitFor()
     await ada.page.getByText('Ada is at lunch').first().waitFor()
     await bo.page.reload()
-    await bo.page.getByRole('button', { name: 'Release control' }).click()
-    await bo.page.getByRole('button', { name: 'Take control' }).waitFor()
+    await releaseControl(bo.page)
 
     expect((await ask<{ holder: string | null }>(bench, '/control')).holder).toBeNull()
     expect([...ada.faults, ...bo.faults]).toEqual([])

@@ -2,7 +2,7 @@
 import type { Page } from 'playwright-core'
 import { describe, expect, it } from 'vitest'
 import { ask, letIn } from './bench'
-import { allOnline, aPerson, NARROW, tabTo } from './browser'
+import { allOnline, aPerson, NARROW, releaseControl, tabTo } from './browser'
 import { axe, picture } from './look'
 import { bench, browser } from './stage'
 
@@ -362,8 +362,7 @@ finally:
     expect(await textOf(page)).toMatch(/inside\(grid\(x=span\(0 mm, \d+ mm, 10 mm.*, csv\('outline.csv'\)\)/)
     expect(faults).toEqual([])
 
-    await page.getByRole('button', { name: 'Release control' }).click()
-    await page.getByRole('button', { name: 'Take control' }).waitFor()
+    await releaseControl(page)
     await context.close()
   })
 
@@ -628,8 +627,7 @@ finally:
     expect(await textOf(page)).toMatch(/retry: 3\n\n? {2}- do: gantry\.move_to\n {4}with: \{x: 33\}|retry: 3\n\n? {2}- \{do: gantry\.move_to, with: \{x: 33\}\}/)
     expect(faults).toEqual([])
 
-    await page.getByRole('button', { name: 'Release control' }).click()
-    await page.getByRole('button', { name: 'Take control' }).waitFor()
+    await releaseControl(page)
     await context.close()
   })
 

@@ -1,7 +1,7 @@
 // Points that failed: told alike everywhere, measured again when a person asks for it, beside what the laser has fired.
 import { beforeAll, expect, it } from 'vitest'
 import { ask, orderFault } from './bench'
-import { aPerson, goOn, tickChecklist } from './browser'
+import { aPerson, goOn, releaseControl, tickChecklist } from './browser'
 import { axe, picture } from './look'
 import { now, reached, startRun, until } from './measured'
 import { bench, browser } from './stage'
@@ -93,8 +93,7 @@ it('holes are offered with the map, chosen, and measured again', async () => {
   await picture(page, 'run-holes-none')
 
   expect(faults).toEqual([])
-  await page.getByRole('button', { name: 'Release control' }).click()
-  await page.getByRole('button', { name: 'Take control' }).waitFor()
+  await releaseControl(page)
   await context.close()
 })
 
@@ -150,8 +149,7 @@ it('STOP ALL makes no hole: it says who it was, shows one state, and the run is 
   await fired(before + 12)
 
   expect(faults).toEqual([])
-  await page.getByRole('button', { name: 'Release control' }).click()
-  await page.getByRole('button', { name: 'Take control' }).waitFor()
+  await releaseControl(page)
   await context.close()
 })
 

@@ -1,7 +1,7 @@
 // Runs in which something goes wrong: the failure is found and the run resumed with a changed protocol; by keyboard alone.
 import { beforeAll, expect, it } from 'vitest'
 import { ask, orderFault } from './bench'
-import { aPerson, tabTo, tickChecklist } from './browser'
+import { aPerson, releaseControl, tabTo, tickChecklist } from './browser'
 import { axe, picture } from './look'
 import { now, reached, startRun, until } from './measured'
 import { bench, browser } from './stage'
@@ -79,8 +79,7 @@ it('what went wrong is found in the outline and in the log, and the run is resum
   await page.getByText('resumed 1×').first().waitFor()
 
   expect(faults).toEqual([])
-  await page.getByRole('button', { name: 'Release control' }).click()
-  await page.getByRole('button', { name: 'Take control' }).waitFor()
+  await releaseControl(page)
   await context.close()
 })
 
@@ -111,8 +110,7 @@ it('a run is started, paused and aborted by keyboard alone', async () => {
   await page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted').waitFor()
 
   expect(faults).toEqual([])
-  await page.getByRole('button', { name: 'Release control' }).click()
-  await page.getByRole('button', { name: 'Take control' }).waitFor()
+  await releaseControl(page)
   await context.close()
 })
 
@@ -152,7 +150,6 @@ it('from the empty first start to a finished map, by keyboard alone', async () =
   await picture(page, 'keys-results')
 
   expect(faults).toEqual([])
-  await page.getByRole('button', { name: 'Release control' }).click()
-  await page.getByRole('button', { name: 'Take control' }).waitFor()
+  await releaseControl(page)
   await context.close()
 })
