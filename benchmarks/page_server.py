@@ -2,7 +2,9 @@
 
 A real `labrun web` and a real run of 1,071 points (51 x 21) of a device that does nothing for a
 while, about 50 journal records a second. Beside the answers, in the same run: the smallest one.
-Run: python benchmarks/page_server.py [--points N]
+`--clients 20 --browser /usr/bin/chromium` has the run once more, watched by as many sockets and a
+browser that shows its map, beside the one watched by a single socket.
+Run: python benchmarks/page_server.py [--points N] [--clients N] [--browser PROGRAM]
 """
 
 import argparse
@@ -16,6 +18,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 
@@ -101,17 +105,54 @@ class Page(httpx.Client):
         return statistics.median(taken)
 
 
-async def watch(url: str, cookie: str, page: Page, run: str) -> list[tuple[float, dict]]:
-    """The patches of a run with the times at which they came, until it is over."""
+async def watch(page: Page, run: str, clients: int) -> list[tuple[float, dict]]:
+    """The patches of a run with the times at which they came to each client, until it is over."""
     came: list[tuple[float, dict]] = []
-    sio = socketio.AsyncClient()
-    sio.on("run_patch", lambda data: came.append((time.time(), data)), namespace="/ui")
-    headers = {"Cookie": cookie}
-    await sio.connect(url, headers=headers, transports=["websocket"], namespaces=["/ui"])
-    await sio.call("watch", {"run": run}, namespace="/ui")
+    cookie = "; ".join(f"{name}={value}" for name, value in page.cookies.items())
+    sockets = [socketio.AsyncClient(request_timeout=60) for _ in range(clients)]
+    for sio in sockets:
+        sio.on("run_patch", lambda data: came.append((time.time(), data)), namespace="/ui")
+        await sio.connect(
+            str(page.base_url.copy_with(path="/")), headers={"Cookie": cookie},
+            transports=["websocket"], namespaces=["/ui"], wait_timeout=60, retry=True,
+        )  # fmt: skip
+        await sio.call("watch", {"run": run}, namespace="/ui")
     await asyncio.to_thread(page.until_over, run)
-    await sio.disconnect()
+    for sio in sockets:
+        await sio.disconnect()
     return came
+
+
+@contextmanager
+def shown(browser: str | None, address: str) -> Iterator[None]:
+    """While a browser without a window shows an address."""
+    if browser is None:
+        yield
+        return
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        told = [browser, "--headless", "--no-sandbox", "--remote-debugging-port=0"]
+        program = subprocess.Popen(
+            [*told, f"--user-data-dir={profile}", address], stderr=subprocess.DEVNULL
+        )
+        try:
+            yield
+        finally:
+            program.terminate()
+            program.wait(timeout=30)
+
+
+def scan(page: Page, runs: Path, pid: int, clients: int, browser: str | None) -> tuple[str, int]:
+    """A run watched by so many; its name and how many points it had."""
+    run, before = page.start("page.yaml"), cpu_s(pid)
+    with shown(browser, str(page.base_url.copy_with(path=f"/runs/{run}"))):
+        told, rate = delays_ms(runs / run / "journal.jsonl", asyncio.run(watch(page, run, clients)))
+    print(
+        f"{len(told) // clients:,} points at {rate:.0f} records/s, {clients} watching"
+        f"{' beside a browser' if browser else ''}: record to patch {statistics.median(told):.0f} ms "
+        f"median, {told[int(0.95 * len(told))]:.0f} ms at the 95th percentile; "
+        f"{cpu_s(pid) - before:.1f} s of the server's processor time"
+    )
+    return run, len(told) // clients
 
 
 def delays_ms(journal: Path, came: list[tuple[float, dict]]) -> tuple[list[float], float]:
@@ -132,7 +173,10 @@ def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--points", type=int, default=1071)
-    rows = max(1, parser.parse_args().points // 51 - 1)
+    parser.add_argument("--clients", type=int, default=1)
+    parser.add_argument("--browser")
+    given = parser.parse_args()
+    rows = max(1, given.points // 51 - 1)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "nothing.yaml").write_text(CONTRACT)
@@ -151,26 +195,21 @@ def main() -> None:
             assert server.stdout is not None
             url = server.stdout.readline().split()[-1]
             print(f"up after {time.perf_counter() - began:.2f} s")
-            measure(url, folder / "shelf" / "runs", server.pid)
+            measure(url, folder / "shelf" / "runs", server.pid, given.clients, given.browser)
         finally:
             server.send_signal(signal.SIGTERM)
             server.wait(timeout=60)
 
 
-def measure(url: str, runs: Path, pid: int) -> None:
+def measure(url: str, runs: Path, pid: int, clients: int, browser: str | None) -> None:
     """All figures of one server."""
     page = Page(base_url=f"{url}/api/v1", timeout=120)
     page.get("/session")
     while page.get("/devices").json()[0]["reach"] != "online":
         time.sleep(0.1)
-    run = page.start("page.yaml")
-    cookie = "; ".join(f"{name}={value}" for name, value in page.cookies.items())
-    told, rate = delays_ms(runs / run / "journal.jsonl", asyncio.run(watch(url, cookie, page, run)))
-    p95 = told[int(0.95 * len(told))]
-    print(
-        f"{len(told):,} points at {rate:.0f} records/s: record to patch "
-        f"{statistics.median(told):.0f} ms median, {p95:.0f} ms at the 95th percentile"
-    )
+    run, points = scan(page, runs, pid, 1, None)
+    if clients > 1 or browser:
+        scan(page, runs, pid, clients, browser)
     counts = "\n".join(f"{190 + i / 30:.4f},{i % 997}" for i in range(CHANNELS))
     (runs / run / "one.csv").write_text(f"wavelength,intensity\n{counts}\n")
     many = page.start("many.yaml")
@@ -180,7 +219,7 @@ def measure(url: str, runs: Path, pid: int) -> None:
     for what, ms in (
         ("a map of the points", page.took_ms(f"/runs/{run}/maps/data.csv/Li")),
         (f"a spectrum of {CHANNELS:,} channels", page.took_ms(f"/runs/{run}/spectrum", file="one.csv")),
-        (f"all {len(told):,} points", page.took_ms(f"/runs/{run}/points", loop="main/scan")),
+        (f"all {points:,} points", page.took_ms(f"/runs/{run}/points", loop="main/scan")),
         ("outline and states of 100,000 rows", page.took_ms(f"/runs/{many}")),
         ("10,000 of 100,000 rows", page.took_ms(f"/runs/{many}/points", loop="main/many", limit=10_000)),
     ):  # fmt: skip
