@@ -44,7 +44,7 @@ class Bridge(ABC):
         """Whether it is connected now."""
 
     @abstractmethod
-    def send(
+    async def send(
         self, action: str, type: str, goal: Values, feedback: Callable[[Values], None], id: bytes
     ) -> Sent:
         """Send a goal; raises Gone, and Rejected if it does not fit the type.
@@ -53,8 +53,8 @@ class Bridge(ABC):
         """
 
     @abstractmethod
-    def call(self, service: str, type: str, request: Values) -> "asyncio.Future[Values]":
-        """Call a service; raises as `send` does, and so does the answer."""
+    async def call(self, service: str, type: str, request: Values) -> Values:
+        """Call a service; raises as `send` does."""
 
     @abstractmethod
     async def cancel_left(self, action: str, id: bytes) -> None:

@@ -67,7 +67,7 @@ class RclpyWay(Bridge):
     def connected(self) -> bool:
         return self._thread is not None and self._thread.is_alive()
 
-    def send(
+    async def send(
         self, action: str, type: str, goal: Values, feedback: Callable[[Values], None], id: bytes
     ) -> Sent:
         from rclpy.action import ActionClient
@@ -88,7 +88,7 @@ class RclpyWay(Bridge):
         under_way.ended.add_done_callback(lambda _: looking.cancel())
         return Sent(under_way.ended, under_way.cancel)
 
-    def call(self, service: str, type: str, request: Values) -> "asyncio.Future[Values]":
+    async def call(self, service: str, type: str, request: Values) -> Values:
         if not self.connected:
             raise Gone("the ROS node has ended")
         assert self._loop is not None
@@ -100,7 +100,7 @@ class RclpyWay(Bridge):
         answered: asyncio.Future[Values] = self._loop.create_future()
         calling = spawn(f"a call of {service}", self._call(client, message, answered, service))
         answered.add_done_callback(lambda _: calling.cancel())
-        return answered
+        return await answered
 
     async def _call(
         self, client: Any, message: Any, answered: "asyncio.Future[Values]", service: str

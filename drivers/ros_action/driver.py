@@ -13,7 +13,7 @@ import time
 from typing import Any, ClassVar
 from uuid import uuid4
 
-from ...system.tasks import end, spawn
+from ...system.tasks import end, first_of, spawn
 from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
 from .bridge import ABORTED, CANCELED, SUCCEEDED, Bridge, Gone, Rejected, Sent, Values
 from .config import Config, RosGoal, RosStatus, read_config
@@ -100,7 +100,7 @@ class RosAction(Driver):
         id = uuid4().bytes
         self._own.begin(id, name)
         try:
-            sent = self._bridge.send(
+            sent = await self._bridge.send(
                 ros.action, ros.type, message, functools.partial(_tell, ros, goal), id
             )
             self._sent[sent.ended] = sent
@@ -142,29 +142,35 @@ class RosAction(Driver):
 
     async def _until_ended(self, ros: RosGoal, sent: Sent, goal: GoalContext) -> tuple[int, Values]:
         cancelled = spawn(f"the cancel of {goal.id}", goal.cancelled.wait())
-        waiting: set[asyncio.Future[Any]] = {sent.ended, cancelled}
-        missing_since: float | None = None
+        gone = spawn(f"a watch on {ros.action}", self._until_gone(ros), expected=(Gone,))
         try:
-            while not sent.ended.done():
-                await asyncio.wait(waiting, timeout=LOOK_S, return_when=asyncio.FIRST_COMPLETED)
-                if cancelled in waiting and cancelled.done():
-                    waiting.discard(cancelled)
-                    sent.cancel()
-                silent = self._silent()
-                if silent:
-                    raise Gone(silent)
-                if sent.ended.done() or await self._bridge.serves(ros.action, ros.type):
-                    missing_since = None
-                    continue
-                missing_since = missing_since or time.monotonic()
-                if time.monotonic() - missing_since >= self._config.gone_s:
-                    raise Gone("its action server is gone; the robot ended, or lost its network")
+            await first_of({sent.ended, gone, cancelled})
+            if cancelled.done():
+                sent.cancel()
+                await first_of({sent.ended, gone})
+            if not sent.ended.done():
+                gone.result()
             return await asyncio.shield(sent.ended)
         finally:
             self._sent.pop(sent.ended, None)
             if not sent.ended.done() and self._bridge.connected:
                 sent.cancel()  # nobody waits for it any more; a stop makes sure
-            await end(cancelled)
+            await end(cancelled, gone)
+
+    async def _until_gone(self, ros: RosGoal) -> None:
+        """Returns never; raises Gone once the robot of an action is no longer there."""
+        missing_since: float | None = None
+        while True:
+            await asyncio.sleep(LOOK_S)
+            silent = self._silent()
+            if silent:
+                raise Gone(silent)
+            if await self._bridge.serves(ros.action, ros.type):
+                missing_since = None
+                continue
+            missing_since = missing_since or time.monotonic()
+            if time.monotonic() - missing_since >= self._config.gone_s:
+                raise Gone("its action server is gone; the robot ended, or lost its network")
 
     def _silent(self) -> str:
         """Which topic has been silent for longer than it may; an empty string if none."""

@@ -2,6 +2,10 @@
 
 Messages are converted as strictly as a rosbridge does: a field that the type does not have, or a
 value of another type, is refused. `silent`: it stops answering, as a robot that was killed.
+
+As rosbridge_suite 2.1 started by default: a connection with a goal or a service under way hears
+nothing else, the ids of goals are those of all connections, a cancel that precedes the acceptance is
+lost, a goal that its server rejects is never answered, and a service that nobody serves is refused.
 """
 
 import asyncio
@@ -59,6 +63,7 @@ class FakeRobot:
         self.cancelled: list[str] = []
         self.actions = ["/navigate_to_pose", "/joint_trajectory_controller/follow_joint_trajectory"]
         self.silent = False
+        self.accepts_s = 0.0
         self.jammed = False
         self._goals: dict[str, asyncio.Event] = {}
         self._tasks: set[asyncio.Task] = set()
@@ -87,15 +92,14 @@ class FakeRobot:
             message = json.loads(text)
             if message["op"] == "cancel_action_goal":
                 self.cancelled.append(message["id"])
-                self._goals[message["id"]].set()
+                if message["id"] in self._goals:
+                    self._goals[message["id"]].set()
                 continue
-            work = {
-                "send_action_goal": self._goal, "call_service": self._service,
-                "subscribe": self._topic,
-            }.get(message["op"])  # fmt: skip
-            if work is not None:
-                task = asyncio.create_task(work(socket, message))
-                self._tasks.add(task)
+            if message["op"] == "subscribe":
+                self._tasks.add(asyncio.create_task(self._topic(socket, message)))
+            elif message["op"] in ("send_action_goal", "call_service"):
+                work = self._goal if message["op"] == "send_action_goal" else self._service
+                await work(socket, message)
 
     async def _goal(self, socket: Any, message: dict[str, Any]) -> None:
         id, name, args = message["id"], message["action"], message["args"]
@@ -105,6 +109,9 @@ class FakeRobot:
             await socket.send(json.dumps({**said, "values": why, "status": 0, "result": False}))
             return
         self.sent.append(args)
+        if name == "/navigate_to_pose" and args["pose"]["pose"]["position"]["y"] < -5:  # rejected
+            await socket.wait_closed()
+        await asyncio.sleep(self.accepts_s)
         self._goals[id] = asyncio.Event()
         do = self._drive if name == "/navigate_to_pose" else self._move
         status, values = await do(socket, {"id": id, "action": name}, args)
@@ -136,10 +143,10 @@ class FakeRobot:
 
     async def _service(self, socket: Any, message: dict[str, Any]) -> None:
         name, values, good = message["service"], {}, True
-        if name == "/rosapi/action_servers":
-            values = {"action_servers": self.actions}
-        elif name.endswith("/_action/cancel_goal"):
-            self.cancelled.append(f"all of {name}")
+        action, _, hidden = name.rpartition("/_action/")
+        if hidden == "cancel_goal" and action in self.actions:
+            if not message.get("args"):
+                self.cancelled.append(f"all of {name}")
         elif name.startswith("/gripper/"):
             words = "the fingers are jammed" if self.jammed else "done"
             values = {"success": not self.jammed, "message": words}
