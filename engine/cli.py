@@ -155,6 +155,7 @@ def _check_plainly(files: list[str]) -> None:
         spare_plugins()
         importlib.import_module("yaml")  # for its patterns; what reads a file imports it later
         of_files = importlib.import_module(".commands.check_files", __package__)
+        gc.freeze()  # or the collector would look through it all as soon as it may
     status = of_files.check_files([Path(file) for file in files])
     for stream in filter(None, (sys.stdout, sys.stderr)):
         stream.flush()

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StringConstraints, model_validator
 
-from .model import Model
+from .model import Model, no_items
 from .quantity import Duration, same_dimension, seconds
 
 Effect = Literal["pure", "idempotent", "once"]
@@ -129,10 +129,10 @@ class Contract(Model):
     """
 
     type: ContractType
-    also: list[ContractType] = Field(default_factory=list)
+    also: list[ContractType] = Field(default_factory=no_items)
     summary: str = ""
     concurrent: bool = False
-    safe_state: list[str] = Field(default_factory=list)
+    safe_state: list[str] = Field(default_factory=no_items)
     on_lease_lapse: Literal["finish", "cancel", "safe"] = "finish"
     cancel_grace: Duration = "3 s"
     status: JsonSchema = Field(default_factory=dict)

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StringConstraints, model_validator
 
 from .contract import ContractType, Name
-from .model import Model
+from .model import Model, no_items
 from .quantity import Duration, seconds
 
 Number = int | float | str
@@ -110,8 +110,8 @@ class Lab(Model):
     name: str = "lab"
     summary: str = ""
     simulated: bool = False
-    contracts: list[str] = Field(default_factory=list)
-    folders: list[str] = Field(default_factory=list)
+    contracts: list[str] = Field(default_factory=no_items)
+    folders: list[str] = Field(default_factory=no_items)
     devices: dict[Name, LabDevice] = Field(min_length=1)
     start_timeout: Duration = "60 s"
     stop_grace: Duration = "10 s"

@@ -1,5 +1,7 @@
 """The base that every model here is built on: closed, frozen, named as in YAML."""
 
+from typing import Any
+
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 
@@ -10,6 +12,11 @@ class Model(BaseModel):
         extra="forbid", frozen=True, strict=True,
         defer_build=True,  # many models refer to each other: built when first used, not at start-up
     )  # fmt: skip
+
+
+def no_items() -> list[Any]:
+    """The default of a list; to read the signature of `list` pydantic needs a tokenizer, 2 % of a check."""
+    return []
 
 
 def first_fault(fault: ValidationError) -> str:

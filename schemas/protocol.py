@@ -12,7 +12,7 @@ from pydantic.json_schema import models_json_schema
 from pydantic_core import PydanticCustomError, core_schema
 from typing_extensions import TypeAliasType
 
-from .model import Model
+from .model import Model, no_items
 
 Scalar = str | int | float | bool | None
 Duration = str | int | float
@@ -406,6 +406,6 @@ class Protocol(Model):
     functions: dict[Role, str] = Field(default_factory=dict)
     defaults: Defaults = Field(default_factory=Defaults)
     steps: list[Step] = Field(min_length=1)
-    on_resume: list[Step] = Field(default_factory=list)
-    finally_: list[Step] = Field(default_factory=list, alias="finally")
+    on_resume: list[Step] = Field(default_factory=no_items)
+    finally_: list[Step] = Field(default_factory=no_items, alias="finally")
     outputs: dict[Role, Any] = Field(default_factory=dict)
