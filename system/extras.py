@@ -1,4 +1,7 @@
-"""What is installed on request: the extra that brings a library, and the one line that adds it."""
+"""What is installed on request: the extra that brings a library, and the one line that adds it.
+
+A library may also be there and lack another one of the system's, which pip does not bring.
+"""
 
 import sys
 from importlib.util import find_spec
@@ -34,6 +37,14 @@ EXTRAS = {
     "zaber": ("zaber_motion",),
 }
 """Extra -> the libraries that labrun imports from it, as pyproject.toml has them."""
+OF_THE_SYSTEM = {
+    "libusb": "apt-get install libusb-1.0-0",
+    "libGL.so": "apt-get install libgl1",
+    "libgthread": "apt-get install libglib2.0-0",
+    "DLL load failed": "Microsoft's Visual C++ Redistributable",
+}
+"""What a loader says -> what adds it: pyrealsense2's wheel for Linux wants libusb, OpenCV with windows the
+next two, and most compiled wheels for Windows the last."""
 
 
 def line(extra: str) -> str:
@@ -42,14 +53,25 @@ def line(extra: str) -> str:
 
 
 def not_installed(fault: ImportError, extra: str | None = None) -> str | None:
-    """`matplotlib is not installed; add it with ...`; None for any other fault.
+    """`matplotlib is not installed; add it with ...`; None where the library is in no extra.
 
-    `extra` is the one to name where several bring the library.
+    `extra` is the one to name where several bring the library. Of a library that is there and that
+    the system does not load, what the system says, and what it lacks where that is known.
     """
     library = (fault.name or "").partition(".")[0]
     if extra is None or library not in EXTRAS[extra]:
         extra = next((name for name, brought in EXTRAS.items() if library in brought), None)
-    return f"{library} is not installed; add it with: {line(extra)}" if extra else None
+    if extra is None:
+        return None
+    if not isinstance(fault, ModuleNotFoundError):
+        return f"{library} is installed, but cannot be loaded: {_why(fault)}"
+    return f"{library} is not installed; add it with: {line(extra)}"
+
+
+def _why(fault: ImportError) -> str:
+    said = " ".join(str(fault).split())
+    adds = next((adds for part, adds in OF_THE_SYSTEM.items() if part in said), None)
+    return f"{said}; add it with: {adds}" if adds else said
 
 
 def missing(extra: str) -> str | None:
@@ -60,7 +82,7 @@ def missing(extra: str) -> str | None:
         except (ImportError, ValueError):
             there = None
         if there is None:
-            return not_installed(ImportError(name=library), extra)
+            return not_installed(ModuleNotFoundError(name=library), extra)
     return None
 
 

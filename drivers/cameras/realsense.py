@@ -13,6 +13,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from ...system.extras import not_installed
 from ..driver import Place
 from .folder import Shot
 from .still_camera import ANSWER_S, LibrarySource, StillCamera, above_zero, depth_view, picture_size
@@ -77,12 +78,8 @@ class RealSenseDevice(LibrarySource):
         """Start it; raises OSError with the reason."""
         try:
             import pyrealsense2 as rs
-        except ModuleNotFoundError:
-            raise
         except ImportError as fault:  # its wheel for Linux does not bring libusb
-            raise OSError(
-                f"the library of {self.name} cannot be loaded: {fault}{_remedy(str(fault))}"
-            ) from fault
+            raise OSError(not_installed(fault, "realsense") or str(fault)) from fault
 
         config = rs.config()
         if self.recording is None:
@@ -165,11 +162,6 @@ class RealSenseDevice(LibrarySource):
         far_mm = np.where(steps > 0, steps * np.float32(MM * depth.get_units()), np.nan)
         lens = eye_of(colour.profile.as_video_stream_profile().intrinsics)
         return Shot(_blue_first(colour), far_mm, eye=lens, reach_mm=self._reach_mm)
-
-
-def _remedy(fault: str) -> str:
-    """What to add where the system lacks a library, if that is known."""
-    return "; add it with: apt-get install libusb-1.0-0" if "libusb" in fault else ""
 
 
 def eye_of(known: Any) -> "Intrinsics":

@@ -260,6 +260,32 @@ def test_every_driver_is_there_or_says_the_line_that_adds_what_it_needs():
     }  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("library", "said", "why"),
+    [
+        (
+            "cv2",
+            "libGL.so.1: cannot open shared object file",
+            "; add it with: apt-get install libgl1",
+        ),
+        (
+            "cv2",
+            "DLL load failed while importing cv2",
+            "; add it with: Microsoft's Visual C++ Redis",
+        ),
+        ("h5py", "cannot import name 'z' from 'h5py'", "cannot import name 'z' from 'h5py'"),
+    ],
+)
+def test_a_library_that_is_there_and_cannot_be_loaded_says_what_the_system_lacks(
+    library, said, why
+):
+    told = not_installed(ImportError(said, name=library)) or ""
+
+    assert told.startswith(f"{library} is installed, but cannot be loaded: {said}")
+    assert why in told
+    assert "pip install" not in told
+
+
 def test_a_fault_that_no_extra_would_cure_is_left_as_it_is():
     assert not_installed(ModuleNotFoundError("no", name="labrun.nowhere")) is None
     assert not_installed(ImportError("libfoo.so is missing")) is None

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ...system.files import put
 from ..models.devices import DeviceHistory, DeviceState, HistoryValue, Series, Trouble
 
 LOG = logging.getLogger("labrun")
@@ -54,7 +55,7 @@ class Histories:
             self._base = _opened(path)
         except sqlite3.DatabaseError as fault:
             LOG.error("%s is damaged and begins anew: %s", path, fault)
-            path.replace(path.with_suffix(".damaged"))
+            put(path, path.with_suffix(".damaged"))
             self._base = _opened(path)
         self._largest_bytes = largest_bytes
         self._clock = clock

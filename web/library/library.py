@@ -140,7 +140,7 @@ class Library:
             raise not_found("protocol in the trash", id)
         thrown = self._thrown(id, path)
         restored = self.create(thrown.name, _text(thrown.name, path.read_bytes()))
-        shutil.rmtree(self._trash / id)
+        shutil.rmtree(self._trash / id, ignore_errors=True)  # Windows may still hold it
         return restored
 
     def _trashed(self) -> dict[str, Path]:

@@ -220,7 +220,7 @@ def test_a_lens_that_brown_s_numbers_do_not_describe_is_refused():
 def test_a_library_that_lacks_one_of_the_system_says_what_brings_it(tmp_path, monkeypatch):
     """As the wheel for Linux where libusb is not installed."""
     said = "libusb-1.0.so.0: cannot open shared object file"
-    (tmp_path / "pyrealsense2.py").write_text(f"raise ImportError({said!r})")
+    (tmp_path / "pyrealsense2.py").write_text(f"raise ImportError({said!r}, name=__name__)")
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "pyrealsense2", raising=False)
 

@@ -206,7 +206,7 @@ def test_datasets_are_known_by_their_names_or_asked_for(tmp_path):
 @pytest.mark.parametrize("raw", [spc(), sif(), raw8((X, Y, Y)), b"\x89HDF\r\n\x1a\n" + b"\0" * 600])
 def test_without_its_reader_a_file_says_how_to_install_it(monkeypatch, raw):
     def missing(name):
-        raise ImportError(f"No module named {name!r}", name=name)
+        raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
     monkeypatch.setattr(library, "import_module", missing)
     with pytest.raises(Unreadable, match=r'python -m pip install "labrun\[formats\]"'):
