@@ -6,7 +6,7 @@ Graphviz bears the marker `needs`. Where that is missing, the test is left out, 
 the end says what would bring it. With LABRUN_TEST_EVERYTHING set, as in CI, nothing may be missing.
 
 With LABRUN_WINDOWS_RULES set, labrun meets Windows' rules (`windows/rules`) in every test, and in
-every process that one starts.
+every process that one starts; with `all` the tests meet them, too, which can only be collected then.
 
 Python's collector rests until all tests are known, and then never looks at them again: that took a
 seventh of the time of pytest's own collection.
@@ -40,8 +40,19 @@ settings.load_profile("fixed")
 
 gc.disable()
 
+BY_TERMINALS = (
+    "drivers/grbl", "drivers/marlin", "drivers/openbuilds", "drivers/zaber",
+    "drivers/balance/test_driver.py", "drivers/window_program/test_record_asked.py",
+    "drivers/window_program/test_record_program.py",
+    "engine/commands/test_setup_gantry.py", "engine/commands/test_terminal_journeys.py",
+    "engine/progress/test_rich_terminal.py", "web/agents/test_mcp.py",
+)  # fmt: skip
+BY_FORKS = "engine/crashes", "engine/semantics"
+"""Of the tests: what is played by pseudo-terminals, and what forks; Windows has neither."""
 RULES = Path(__file__).parent / "windows" / "rules"
 ON_WINDOWS = sys.platform == "win32" or bool(os.environ.get("LABRUN_WINDOWS_RULES"))
+WITHOUT_POSIX = sys.platform == "win32" or os.environ.get("LABRUN_WINDOWS_RULES") == "all"
+collect_ignore = [*BY_TERMINALS, *BY_FORKS] if WITHOUT_POSIX else []
 if os.environ.get("LABRUN_WINDOWS_RULES"):
     others = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path]
     os.environ["PYTHONPATH"] = os.pathsep.join(dict.fromkeys([str(RULES), *others]))
@@ -49,6 +60,8 @@ if os.environ.get("LABRUN_WINDOWS_RULES"):
         sys.path.insert(0, str(RULES))
         sys.modules.pop("sitecustomize", None)
         importlib.import_module("sitecustomize")
+if WITHOUT_POSIX:
+    signal.SIGKILL = signal.SIGTERM  # which ends a process at once there
 
 # The suite starts some thousand processes: each would compile what it imports again.
 sys.dont_write_bytecode = False

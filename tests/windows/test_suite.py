@@ -45,3 +45,13 @@ def test_a_long_folder_of_the_suite_holds_under_windows_rules(folder, tmp_path_f
     ran = under_the_rules(folder, tmp_path_factory.mktemp("rules"))
 
     assert ran.returncode == 0, ran.stdout[-5000:] + ran.stderr[-5000:]
+
+
+@pytest.mark.soak
+def test_the_whole_suite_can_be_collected_where_the_tests_have_no_posix_either():
+    ran = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "--collect-only", "-p", "no:xdist", "-p", "no:cacheprovider"],
+        cwd=TESTS, env={**os.environ, "LABRUN_WINDOWS_RULES": "all"}, capture_output=True, text=True,
+    )  # fmt: skip
+
+    assert ran.returncode == 0, ran.stdout[-5000:] + ran.stderr[-5000:]

@@ -570,6 +570,7 @@ def test_a_server_that_stays_away_makes_its_goals_lost(bench):
     assert stop["arm"][0] is False
 
 
+@pytest.mark.posix("Windows has no such signal")
 def test_a_server_that_is_frozen_is_noticed_and_its_goal_goes_on_when_it_thaws(bench):
     async def story():
         links = []
@@ -783,6 +784,7 @@ def test_a_server_that_is_up_a_moment_later_is_reached(bench, monkeypatch):
     assert asyncio.run(story()) == "Connection refused"
 
 
+@pytest.mark.posix("Windows has no such signal")
 def test_a_server_that_never_greets_is_given_up_after_the_time_that_was_given(bench, monkeypatch):
     monkeypatch.setattr("labrun.drivers.client.link.REACH_S", 0.1)
 
@@ -828,6 +830,7 @@ def test_a_client_that_is_closed_in_mid_handshake_leaves_no_socket(monkeypatch):
     assert unclosed_after(story()) == []
 
 
+@pytest.mark.posix("Windows has no such signal")
 def test_a_client_that_is_cancelled_while_it_hangs_up_leaves_no_socket(bench):
     async def story():
         async with own_process(bench) as server:

@@ -25,6 +25,7 @@ def ends(request):
         yield client.getsockname()[:2], door.getsockname()[:2]
 
 
+@pytest.mark.posix("users have no numbers there")
 def test_a_program_of_this_user_is_told_from_one_of_another(ends, monkeypatch):
     client, server = ends
     own, own_user = (is_own(client, server), is_told(server)), os.getuid()

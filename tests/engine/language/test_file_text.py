@@ -1,7 +1,6 @@
 """A file that is not text is reported in one sentence that says what it is."""
 
 import os
-import sys
 
 import pytest
 
@@ -53,7 +52,8 @@ def test_a_large_file_is_told_without_reading_it(tmp_path):
     assert "50 MB; the limit is 10 MB" in why(large).message
 
 
-@pytest.mark.skipif(sys.platform == "win32" or os.geteuid() == 0, reason="rights do not bind here")
+@pytest.mark.posix("rights of this kind do not bind there")
+@pytest.mark.skipif(getattr(os, "geteuid", int)() == 0, reason="rights do not bind here")
 def test_a_file_without_the_right_to_read_is_told(tmp_path):
     closed = tmp_path / "closed.yaml"
     closed.write_text("a: 1")

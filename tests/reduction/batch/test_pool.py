@@ -89,6 +89,7 @@ def test_the_spectrum_that_kills_its_worker_twice_is_told_and_the_others_are_red
 
 
 @pytest.mark.slow
+@pytest.mark.posix("Windows has no such signal")
 def test_a_worker_that_hangs_is_ended_and_its_spectrum_tried_again(spectra, tmp_path):
     pool = Struck(1, Settings(), lambda: None, chunk_s=25.0)
     pool.victim, pool.blows, pool.blow = "core_0", 1, signal.SIGSTOP

@@ -262,6 +262,7 @@ def test_stop_all_needs_no_sign_in_and_breaks_off_what_moves(unhurried, hand, wa
 
 
 @pytest.mark.slow
+@pytest.mark.posix("Windows has no such signal")
 def test_stop_all_says_which_device_did_not_confirm(shared, page, socket):
     made, client = shared, page.reach("gantry", "libs")
     ui = socket(made, client)

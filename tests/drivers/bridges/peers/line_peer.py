@@ -13,7 +13,6 @@ import socket
 import sys
 import threading
 import time
-import tty
 from pathlib import Path
 
 HABITS = {
@@ -256,6 +255,8 @@ def over_udp(instrument, port):
 
 
 def over_pty(instrument, _):
+    import tty  # Windows has none
+
     master, slave = os.openpty()
     tty.setraw(slave)
     link = Link(instrument, lambda data: os.write(master, data))
