@@ -68,6 +68,12 @@ def not_installed(fault: ImportError, extra: str | None = None) -> str | None:
     return f"{library} is not installed; add it with: {line(extra)}"
 
 
+def in_words(fault: BaseException) -> str:
+    """A fault that nobody foresaw: `ValueError: ...`, or what a library of an extra lacks."""
+    why = not_installed(fault) if isinstance(fault, ImportError) else None
+    return why or f"{type(fault).__name__}: {fault}"
+
+
 def _why(fault: ImportError) -> str:
     said = " ".join(str(fault).split())
     adds = next((adds for part, adds in OF_THE_SYSTEM.items() if part in said), None)

@@ -10,6 +10,7 @@ from typing import Any
 
 from ...schemas.contract import Action
 from ...schemas.messages import FileContent, Goal, GoalError, GoalReport, GoalState
+from ...system.extras import in_words
 from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext
 from .arguments import Arguments
 from .ledger import NEVER_STARTED
@@ -249,7 +250,7 @@ def _aborted(name: str, message: str, happened: Any) -> Ending:
 def fault_of(place: str, fault: BaseException) -> Ending:
     """The ending of a goal whose driver, or server, has failed where no error was foreseen."""
     LOG.error("%s", place, exc_info=fault)
-    words = f"{place}: {type(fault).__name__}: {fault}"
+    words = f"{place}: {in_words(fault)}"
     return _fault(words.encode(errors="backslashreplace").decode())
 
 

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from ...schemas.contract import Contract
 from ...schemas.model import first_fault
+from ...system.extras import in_words
 from ..driver import Place
 from ..find import DriverFault, check_driver, check_installed, find_driver
 from . import tokens
@@ -52,7 +53,7 @@ def make_device(
     except (DriverFault, LimitFault, OSError) as fault:
         raise ServeFault(f"device {name}: {fault}") from fault
     except Exception as fault:  # a driver's own __init__ may raise anything about its config
-        raise ServeFault(f"device {name}: {type(fault).__name__}: {fault}") from fault
+        raise ServeFault(f"device {name}: {in_words(fault)}") from fault
 
 
 @asynccontextmanager

@@ -21,6 +21,7 @@ from ...schemas.messages import (
     ServerDescription,
 )
 from ...schemas.model import first_fault
+from ...system.extras import in_words
 from ...system.tasks import end, keep
 from .device import ServedDevice
 from .execution import Execution
@@ -45,7 +46,7 @@ class DeviceClosed(Exception):
     """A device whose driver cannot connect to its hardware."""
 
     def __init__(self, device: str, fault: Exception) -> None:
-        words = str(fault) if isinstance(fault, OSError) else f"{type(fault).__name__}: {fault}"
+        words = str(fault) if isinstance(fault, OSError) else in_words(fault)
         super().__init__(f"device {device} cannot be opened: {words}")
 
 

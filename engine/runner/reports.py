@@ -4,7 +4,7 @@ import logging
 from importlib.metadata import entry_points
 from pathlib import Path
 
-from ...system.extras import not_installed
+from ...system.extras import in_words
 
 LOG = logging.getLogger("labrun")
 
@@ -16,9 +16,7 @@ def make_reports(folder: Path) -> tuple[list[Path], list[str]]:
     for point in sorted(entry_points(group="labrun.reports"), key=lambda point: point.name):
         try:
             made.extend(point.load()(folder))
-        except ImportError as fault:
-            failed.append(f"report {point.name!r} was not made: {not_installed(fault) or fault}")
         except Exception as fault:  # a plug-in's fault must not stop the run from ending
             LOG.exception("report %r", point.name)
-            failed.append(f"report {point.name!r} was not made: {type(fault).__name__}: {fault}")
+            failed.append(f"report {point.name!r} was not made: {in_words(fault)}")
     return made, failed

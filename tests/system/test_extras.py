@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 
+from labrun.drivers.server.execution import fault_of
 from labrun.engine.cli import COMMANDS, FROM_ENTRY_POINTS
 from labrun.engine.export.formats import OWN
-from labrun.system.extras import EXTRAS, line, missing, not_installed
+from labrun.system.extras import EXTRAS, in_words, line, missing, not_installed
 from labrun.web.local.refusal import as_response
 
 ROOT = Path(__file__).parents[2]
@@ -284,6 +285,19 @@ def test_a_library_that_is_there_and_cannot_be_loaded_says_what_the_system_lacks
     assert told.startswith(f"{library} is installed, but cannot be loaded: {said}")
     assert why in told
     assert "pip install" not in told
+    assert in_words(ImportError(said, name=library)) == told
+
+
+def test_a_fault_that_is_not_a_library_s_is_told_by_its_kind():
+    assert in_words(ImportError("libfoo.so is missing")) == "ImportError: libfoo.so is missing"
+    assert in_words(ValueError("x")) == "ValueError: x"
+
+
+def test_an_action_whose_driver_lacks_a_library_says_what_adds_it():
+    ending = fault_of("camera.capture", ModuleNotFoundError("no", name="cv2"))
+
+    assert ending.error is not None
+    assert "cv2 is not installed; add it with: " in ending.error.message
 
 
 def test_a_fault_that_no_extra_would_cure_is_left_as_it_is():
