@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterable
 
 from ..motion.bench import LETTERS
-from ..motion.faults import Ended, Silent
+from ..motion.faults import Ended, MotionFault, Silent, WrongPlace
 from .motion import Move
 from .report import Report
 from .stopping import stop
@@ -37,13 +37,25 @@ def jog_line(by: dict[int, float], feed: float) -> str:
 
 
 async def jog_by(move: Move, by: dict[int, float], feed: float) -> None:
-    """Jog machine axes by distances, and stop; raises Ended or a MotionFault."""
+    """Jog machine axes by distances, and stop; raises Ended or a MotionFault.
+
+    A feed hold ends a jog, and so does a door: where it stands then is compared, too.
+    """
     controller = move.controller
+    start = _positions(await controller.look(), by)
     await controller.ask(jog_line(by, feed))
     while (report := await _watched(move)).state == "Jog":
         move.told(report)
         await asyncio.sleep(LOOK_S)
     await move.wait_until_still()
+    end = _positions(await controller.look(), by)
+    for (axis, distance), before, after in zip(by.items(), start, end, strict=True):
+        # Where it stands and where it is sent are whole steps: half a step at each end.
+        if abs(after - before - distance) > 2 * controller.settings.tolerance:
+            raise WrongPlace(
+                f"{LETTERS[axis]} moved {after - before:.3f} mm instead of {distance:.3f} and stands: "
+                f"a feed hold or an open door ends a jog"
+            )
 
 
 async def jog_while(
@@ -81,7 +93,15 @@ async def _watched(move: Move) -> Report:
     if move.ended():
         await stop(move.controller, moving=False)
         raise Ended
-    return await move.controller.look()
+    try:
+        report = await move.controller.look()
+    except Silent:
+        if not move.controller.alarm:  # which would be why it is silent
+            raise
+    else:
+        if not move.controller.alarm:
+            return report
+    raise MotionFault(f"it answered {move.controller.alarm}")
 
 
 def _positions(report: Report, axes: Iterable[int]) -> list[float]:

@@ -64,22 +64,22 @@ async def _stop(controller: Controller, *, moving: bool) -> None:
 
 async def _cancel_jog(controller: Controller) -> None:
     controller.write(CANCEL_JOG)
-    if not await _comes(controller, "Idle", JOG_S):
+    if not await _comes(controller, ("Idle",), JOG_S):
         await _hold_and_reset(controller)
 
 
 async def _hold_and_reset(controller: Controller) -> None:
     controller.write(HOLD)
     wait = min(HOLD_S, 0.5 + 1.5 * controller.settings.braking_s)
-    if not await _comes(controller, "Hold", wait):
+    if not await _comes(controller, ("Hold", "Door"), wait):
         controller.homed = False
         controller.alarm = controller.alarm or "it was reset before it had stopped. Home it"
     if not controller.dead:
         await _reset(controller)
 
 
-async def _comes(controller: Controller, state: str, seconds: float) -> bool:
-    """Whether it reports this state, at rest, in time; an alarm also ends the wait."""
+async def _comes(controller: Controller, states: tuple[str, ...], seconds: float) -> bool:
+    """Whether it reports one of these states, at rest, in time; an alarm also ends the wait."""
     clock = asyncio.get_running_loop().time
     end = clock() + seconds
     while clock() < end and not controller.dead:
@@ -87,8 +87,8 @@ async def _comes(controller: Controller, state: str, seconds: float) -> bool:
             report = await controller.look(min(LOOK_S, seconds))
         except Silent:
             continue
-        if report.state == "Alarm" or (report.state == state and report.still):
-            return report.state == state
+        if report.state == "Alarm" or (report.state in states and report.still):
+            return report.state in states
         await asyncio.sleep(0.02)
     return False
 

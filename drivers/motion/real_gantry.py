@@ -165,6 +165,9 @@ class RealGantry(AnyGantry):
         with self._telling("hold"):
             if self._doing == "move":
                 await self._hold()
+            elif self._doing in ("jog", "touch"):  # these cannot be gone on with: they end
+                self._stopped = True
+                await self._stop()
         return {}
 
     async def resume(self, goal: GoalContext) -> dict[str, Any]:

@@ -259,8 +259,8 @@ class Peer:
             self._report()
         elif byte == b"!" and self.state in ("Run", "Idle"):
             self._brake("Hold")
-        elif byte == b"\x85" and self.state == "Jog":
-            self._brake("Idle")
+        elif byte in b"!\x85" and self.state == "Jog":
+            self._brake("Idle")  # a feed hold ends a jog
         elif byte == b"\x84":
             self.say("[MSG:Check Door]")
             self._brake("Door")

@@ -33,6 +33,41 @@ def test_a_diagonal_jog_is_one_line_and_goes_as_far_along_each(peer, gantry, pla
     assert "$J=G21G91Y2.0000X2.0000F900.000" in peer.heard
 
 
+@pytest.mark.parametrize("who", ["its button", "hold"])
+def test_a_jog_that_a_feed_hold_ends_did_not_go_all_the_way(peers, gantry, played, who):
+    peer = peers(speed=2)
+
+    async def story(driver):
+        jog = asyncio.ensure_future(driver.jog(GoalContext("a"), axis="x", distance=60, feed=1200))
+        await driver.controller.until(lambda: peer.place[0] > -800, 500)
+        if who == "hold":
+            await driver.hold(GoalContext("b"))
+        else:
+            driver.controller.write(b"!")
+        with pytest.raises(ActionFailed) as failed:
+            await jog
+        return failed.value, await driver.status()
+
+    fault, status = played(gantry(peer), story, homed=True)
+
+    assert status["homed"] and status["x"] < 60
+    words = "a stop ended the motion" if who == "hold" else "a feed hold or an open door"
+    assert words in str(fault)
+
+
+def test_a_jog_that_a_reset_ends_is_told_as_the_alarm(peers, gantry, played):
+    peer = peers(speed=2)
+
+    async def story(driver):
+        jog = asyncio.ensure_future(driver.jog(GoalContext("a"), axis="x", distance=60, feed=1200))
+        await driver.controller.until(lambda: peer.place[0] > -800, 500)
+        driver.controller.port.write(b"\x18")
+        with pytest.raises(ActionFailed, match=r"it answered ALARM:3"):
+            await jog
+
+    played(gantry(peer), story, homed=True)
+
+
 def test_a_jog_out_of_the_work_area_is_refused_before_it_is_sent(peer, gantry, played):
     async def story(driver):
         with pytest.raises(ActionFailed, match=r"SoftLimit: .*z 99.* is outside 0 to 85"):

@@ -127,3 +127,19 @@ def test_safe_right_after_an_alarm_waits_until_the_controller_answers_again(peer
         return driver.controller.dead
 
     assert played(gantry(peer), story) is False
+
+
+def test_a_halt_while_the_door_is_open_keeps_the_place(peers, gantry, played):
+    peer = peers(speed=5)
+
+    async def story(driver):
+        move = asyncio.ensure_future(driver.move_to(GoalContext("a"), x=60, feed=1200))
+        await driver.controller.until(lambda: peer.place[0] > -800, 500)
+        driver.controller.write(b"\x84")
+        await driver.controller.until(lambda: driver.controller.report.state == "Door", 500)
+        await driver.halt(GoalContext("b"))
+        with pytest.raises(ActionFailed, match="a stop ended the motion"):
+            await move
+        return await driver.move_to(GoalContext("c"), x=1)
+
+    assert played(gantry(peer), story, homed=True)["x"] == pytest.approx(1, abs=0.01)
