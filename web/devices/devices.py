@@ -68,7 +68,7 @@ class DeviceLinks:
             versions=described.versions if described is not None else {},
             status_schema=contract.status, safe_state=contract.safe_state,
             actions=[action_form(name, one, limits) for name, one in contract.actions.items()],
-            axes=list(moving.ranges_mm) if moving is not None else [],
+            axes=list(moving.axes) if moving is not None else [],
             ranges_mm={**moving.ranges_mm} if moving is not None else {},
             keep_out=kept_out(self._lab, device),
         )  # fmt: skip

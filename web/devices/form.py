@@ -55,6 +55,7 @@ class Moving:
     """The action by which a device is jogged, and how far each axis goes, in mm."""
 
     action: str
+    axes: tuple[Axis, ...]
     ranges_mm: dict[Axis, tuple[float, float]]
     feed_unit: str | None
     most_feed: float | None
@@ -63,31 +64,36 @@ class Moving:
 def moving_of(contract: Contract, limits: Mapping[str, Limit]) -> Moving | None:
     """What a device is jogged with; None for one that cannot be.
 
-    The action takes lengths x, y or z with both ends known, moves, and can be cancelled.
+    The action takes lengths x, y or z, moves, and can be cancelled. An end of an axis that neither
+    contract nor lab knows is the device's own affair: it needs a `jog`, which keeps to it.
     """
+    jog = contract.actions.get("jog")
+    own = jog.params.get("properties", {}).get("axis", {}).get("enum", []) if jog else []
     for name, action in contract.actions.items():
         if action.danger != "motion" or not action.cancel:
             continue
         properties = narrowed(action, limits).get("properties", {})
+        lengths: dict[Axis, Any] = {a: properties[a] for a in AXES if _is_length(properties.get(a))}
         ranges: dict[Axis, tuple[float, float]] = {}
-        for axis in AXES:
-            edges = _range_mm(properties.get(axis))
-            if edges is not None:
-                ranges[axis] = edges
-        if ranges:
+        ranges |= {axis: found for axis, one in lengths.items() if (found := _range_mm(one))}
+        axes = tuple(axis for axis in lengths if axis in ranges or axis in own)
+        if axes:
             feed = properties.get("feed", {})
-            return Moving(name, ranges, feed.get("unit"), feed.get("maximum"))
+            return Moving(name, axes, ranges, feed.get("unit"), feed.get("maximum"))
     return None
 
 
-def _range_mm(schema: dict[str, Any] | None) -> tuple[float, float] | None:
-    if schema is None or "minimum" not in schema or "maximum" not in schema:
-        return None
-    unit = schema.get("unit")
+def _is_length(schema: dict[str, Any] | None) -> bool:
     try:
-        if unit is None or not same_dimension(unit, "mm"):
-            return None
-        low, high = (magnitude_in(f"{schema[end]} {unit}", "mm") for end in ("minimum", "maximum"))
+        return schema is not None and same_dimension(schema.get("unit") or "1", "mm")
     except UnitError:
+        return False
+
+
+def _range_mm(schema: dict[str, Any]) -> tuple[float, float] | None:
+    if "minimum" not in schema or "maximum" not in schema:
         return None
+    low, high = (
+        magnitude_in(f"{schema[end]} {schema['unit']}", "mm") for end in ("minimum", "maximum")
+    )
     return low, high

@@ -23,6 +23,11 @@ JOG = "jog"
 SIGNS = {1: "+", -1: "-"}
 
 
+def way_words(signs: Mapping[Axis, int]) -> str:
+    """Axes and directions as a device's `jog` takes them: `+x-y`."""
+    return "".join(f"{SIGNS[sign]}{axis}" for axis, sign in signs.items())
+
+
 @dataclass(frozen=True, slots=True)
 class OwnJog:
     """The action `jog` of a device: its axes and its units."""
@@ -31,13 +36,16 @@ class OwnJog:
     feed_unit: str
     most_feed: float | None
     lease_unit: str
+    several: bool
+    """Whether it moves several axes at once, by `way`."""
 
 
 def jogging_of(contract: Contract, offered: Mapping[str, Any]) -> OwnJog | None:
     """The `jog` action of a device, if both our contract and its server's contract have it.
 
     `offered` is the contract as the server describes it. The action takes `axis`, `direction`
-    (`+` or `-`), `feed` and `lease` (gantry@1 says what they mean), and can be cancelled.
+    (`+` or `-`), `feed` and `lease` (gantry@1 says what they mean), perhaps `way` (gantry@2), and
+    can be cancelled.
     """
     action = contract.actions.get(JOG)
     if action is None or not action.cancel or JOG not in offered.get("actions", {}):
@@ -50,7 +58,9 @@ def jogging_of(contract: Contract, offered: Mapping[str, Any]) -> OwnJog | None:
         return None
     if not lease.get("unit") or not same_dimension(lease["unit"], "s"):
         return None
-    return OwnJog(tuple(axes), feed["unit"], feed.get("maximum"), lease["unit"])
+    return OwnJog(
+        tuple(axes), feed["unit"], feed.get("maximum"), lease["unit"], "way" in properties
+    )
 
 
 def jogging_by_itself(device_link: DeviceLink, axis: Axis) -> OwnJog | None:
@@ -88,11 +98,8 @@ class Held(Jog):
         try:
             await self.follow(client, goal, begun)
             silent = asyncio.get_running_loop().time() - self._passed_at > self.dead_man_s
-            self.end(
-                "no keep-alive reached the device"
-                if silent
-                else f"{self.asked.axis} is at its limit"
-            )
+            axes = " or ".join((self.asked.axis, *self.asked.along))
+            self.end("no keep-alive reached the device" if silent else f"{axes} is at its limit")
         finally:
             await end(keeping)
 
@@ -110,9 +117,13 @@ class Held(Jog):
                 return
 
     def _goal(self, client: DeviceClient) -> Goal:
-        params = {
-            "axis": self.asked.axis,
-            "direction": SIGNS[self.asked.direction],
+        asked = self.asked
+        params: dict[str, Any] = (
+            {"way": way_words({asked.axis: asked.direction, **asked.along})}
+            if asked.along
+            else {"axis": asked.axis, "direction": SIGNS[asked.direction]}
+        )
+        params |= {
             "feed": self.feed(self._jogging.feed_unit, self._jogging.most_feed),
             "lease": magnitude_in(f"{self.dead_man_s} s", self._jogging.lease_unit),
         }

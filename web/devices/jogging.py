@@ -8,12 +8,12 @@ from ...schemas.quantity import magnitude_in
 from ...system.tasks import first_of, spawn
 from ..access.headers import Deadline
 from ..local.refusal import Refusal, not_found
-from ..models.devices import GoalState, JogStart, JogState, JogStep
+from ..models.devices import Axis, GoalState, JogStart, JogState, JogStep
 from .acting import Acting
 from .arming import Arming
 from .device_link import DeviceLink
 from .form import Moving, moving_of
-from .held import JOG, Held, OwnJog, jogging_by_itself
+from .held import JOG, Held, OwnJog, jogging_by_itself, way_words
 from .jog import Jog
 from .stretched import Stretched
 from .where import where_mm
@@ -54,20 +54,24 @@ class Jogging:
         self, device: str, asked: JogStep, by: str, key: str, deadline: Deadline
     ) -> GoalState:
         """One move from the present position; refused beyond the limits."""
-        device_link, moving = self._ready(device, asked.axis)
-        jogging = jogging_by_itself(device_link, asked.axis)
+        device_link, moving, jogging = self._ready(device, asked)
         if jogging is not None and device_link.status.get("homed") is False:
             # To get off a switch: an unhomed device itself limits its moves.
             return await self._step_by(device_link, jogging, asked, by, key, deadline)
-        low, high = moving.ranges_mm[asked.axis]
-        target = where_mm(device_link, asked.axis) + asked.distance_mm
-        if not low <= round(target, 6) <= high:
-            raise Refusal(
-                422, "LIMIT",
-                f"{asked.axis} would be at {target:.2f} mm, outside {low:g} to {high:g} mm",
-            )  # fmt: skip
+        far: dict[Axis, float] = {asked.axis: asked.distance_mm}
+        far |= {axis: sign * abs(asked.distance_mm) for axis, sign in asked.along.items()}
+        for axis, distance_mm in far.items():
+            if (edges := moving.ranges_mm.get(axis)) is None:
+                continue
+            target = where_mm(device_link, axis) + distance_mm
+            if not edges[0] <= round(target, 6) <= edges[1]:
+                words = (
+                    f"{axis} would be at {target:.2f} mm, outside {edges[0]:g} to {edges[1]:g} mm"
+                )
+                raise Refusal(422, "LIMIT", words)
         if jogging is not None:
             return await self._step_by(device_link, jogging, asked, by, key, deadline)
+        target = where_mm(device_link, asked.axis) + asked.distance_mm
         params: dict[str, Any] = {asked.axis: f"{round(target, 6)!r} mm"}
         if asked.feed_mm_min is not None and moving.feed_unit is not None:
             params["feed"] = magnitude_in(f"{asked.feed_mm_min!r} mm/min", moving.feed_unit)
@@ -80,6 +84,12 @@ class Jogging:
     ) -> GoalState:  # fmt: skip
         """Move by a distance, which the device adds to its true position."""
         params: dict[str, Any] = {"axis": asked.axis, "distance": f"{asked.distance_mm!r} mm"}
+        if asked.along:
+            first = -1 if asked.distance_mm < 0 else 1
+            params = {
+                "way": way_words({asked.axis: first, **asked.along}),
+                "distance": f"{abs(asked.distance_mm)!r} mm",
+            }
         if asked.feed_mm_min is not None:
             params["feed"] = magnitude_in(f"{asked.feed_mm_min!r} mm/min", jogging.feed_unit)
         checked = self._acting.checked(device_link, JOG, params)
@@ -87,9 +97,8 @@ class Jogging:
 
     async def start(self, device: str, asked: JogStart, by: str, deadline: Deadline) -> JogState:
         """Begin a hold; returns when the axis is moving."""
-        device_link, moving = self._ready(device, asked.axis)
+        device_link, moving, jogging = self._ready(device, asked)
         deadline.check()
-        jogging = jogging_by_itself(device_link, asked.axis)
         if jogging is not None:
             jog: Jog = Held(device_link, jogging, asked, by, self._changed)
         else:
@@ -142,15 +151,25 @@ class Jogging:
         for jog in self._jogs.values():
             jog.end(reason)
 
-    def _ready(self, device: str, axis: str) -> tuple[DeviceLink, Moving]:
+    def _ready(
+        self, device: str, asked: JogStep | JogStart
+    ) -> tuple[DeviceLink, Moving, OwnJog | None]:
         device_link = self._device_link(device)
         moving = moving_of(device_link.contract, device_link.device.limits)
-        if moving is None or axis not in moving.ranges_mm:
-            raise Refusal(422, "NO_AXIS", f"{device} has no axis {axis} that can be jogged")
+        for axis in (asked.axis, *asked.along):
+            if moving is None or axis not in moving.axes:
+                raise Refusal(422, "NO_AXIS", f"{device} has no axis {axis} that can be jogged")
+        assert moving is not None
         self._arming.check_free(device)
         device_link.reachable_client()
         device_link.check_turn()
-        return device_link, moving
+        jogging = jogging_by_itself(device_link, asked.axis)
+        if jogging is None and asked.axis not in moving.ranges_mm:
+            raise Refusal(422, "NO_AXIS", f"the ends of {device}'s axis {asked.axis} are not known")
+        if asked.along and (asked.axis in asked.along or not (jogging and jogging.several)):
+            words = f"{device} moves one axis at a time (gantry@2 moves several, each named once)"
+            raise Refusal(422, "ONE_AXIS", words)
+        return device_link, moving, jogging
 
     def _remember(self, jog: Jog) -> None:
         self._jogs[jog.id] = jog

@@ -72,7 +72,7 @@ class DeviceDetail(DeviceState):
     actions: list[ActionForm]
     axes: list[Axis] = Field(description="Axes that can be jogged; empty if there are none.")
     ranges_mm: dict[str, tuple[float, float]] = Field(
-        description="Range of each axis, on this bench."
+        description="Range of each axis, on this bench; without one only the device knows it."
     )
     keep_out: list[KeepOut] = Field(description="Boxes on the bench that it does not enter, in mm.")
 
@@ -167,19 +167,25 @@ class Armed(ApiModel):
     hold_s: float
 
 
+Along = dict[Axis, Literal[1, -1]]
+"""More axes that move with the first, each as far, and their directions."""
+
+
 class JogStep(ApiModel):
-    """One bounded move along one axis from the position that the device reports."""
+    """One bounded move from the position that the device reports."""
 
     axis: Axis
     distance_mm: float = Field(ge=-100, le=100)
+    along: Along = Field(default_factory=dict)
     feed_mm_min: float | None = Field(default=None, gt=0, allow_inf_nan=False)
 
 
 class JogStart(ApiModel):
-    """Move along an axis for as long as keep-alives come."""
+    """Move for as long as keep-alives come."""
 
     axis: Axis
     direction: Literal[1, -1]
+    along: Along = Field(default_factory=dict)
     feed_mm_min: float = Field(gt=0, allow_inf_nan=False)
     dead_man_ms: int = Field(
         default=DEAD_MAN_MS, ge=100, le=2000,

@@ -30,14 +30,18 @@ CONTRACT = {
         "jog": {
             "effect": "once", "danger": "motion", "cancel": True, "duration": "2 s",
             "params": {
-                "type": "object", "additionalProperties": False, "required": ["axis"],
-                "oneOf": [{"required": ["distance"]}, {"required": ["direction"]}],
+                "type": "object", "additionalProperties": False,
+                "oneOf": [
+                    {"required": ["axis", "distance"]}, {"required": ["axis", "direction"]},
+                    {"required": ["way"]},
+                ],
                 "properties": {
                     "axis": {"enum": ["x", "y", "z"]},
                     "distance": {"type": "number", "unit": "mm", "minimum": -810, "maximum": 810},
                     "direction": {"enum": ["+", "-"]},
                     "feed": {"type": "number", "unit": "mm/min", "exclusiveMinimum": 0,
                              "maximum": 2500, "default": 600},
+                    "way": {"type": "string"},
                     "lease": {"type": "number", "unit": "s", "minimum": 0.1, "maximum": 2,
                               "default": 0.3},
                 },
@@ -131,17 +135,20 @@ class Stage:
         return {"ok": True, "id": id, "state": "EXECUTING", "seq": 1, "boot": "b1"}
 
     async def _move(self, id, params):
-        axis, sign = params["axis"], -1 if params.get("direction") == "-" else 1
+        way = params.get("way") or f"{params.get('direction', '+')}{params['axis']}"
+        signs = {way[i + 1]: -1 if way[i] == "-" else 1 for i in range(0, len(way), 2)}
         left = params.get("distance")
         if left is not None:
-            self.place[axis] += left
+            for axis, sign in signs.items():
+                self.place[axis] += sign * left
             await asyncio.sleep(0.05)
         while left is None and id not in self.cancelled:
             if time.monotonic() - self.running[id] > params["lease"]:
                 break
-            step = sign * params["feed"] / 60 * TICK_S
-            self.place[axis] = min(200.0, max(0.0, self.place[axis] + step))
-            if self.place[axis] in (0.0, 200.0):
+            for axis, sign in signs.items():
+                step = sign * params["feed"] / 60 * TICK_S
+                self.place[axis] = min(200.0, max(0.0, self.place[axis] + step))
+            if {self.place[axis] for axis in signs} & {0.0, 200.0}:
                 break
             await asyncio.sleep(TICK_S)
         state = "CANCELED" if id in self.cancelled else "SUCCEEDED"

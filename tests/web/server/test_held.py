@@ -8,6 +8,9 @@ import pytest
 from ruamel.yaml import YAML
 
 from labrun.schemas.contract import Contract
+from labrun.schemas.contracts import shipped_contracts
+from labrun.schemas.lab import Limit
+from labrun.web.devices.form import moving_of
 from labrun.web.devices.held import jogging_of
 
 pytestmark = pytest.mark.slow
@@ -165,6 +168,30 @@ def test_a_step_is_a_distance_that_the_device_adds_to_its_own_place(hand, stage,
     assert (beyond.status_code, beyond.json()["code"]) == (422, "LIMIT")
     assert (fast.status_code, fast.json()["code"]) == (422, "PARAMS")
     assert creep.json()["state"] == "SUCCEEDED" and stage.place["z"] == 48
+
+
+def test_axes_go_along_with_the_first_in_a_step_and_in_a_hold(hand, stage):
+    _, client = hand
+    path, along = "/devices/stage/jog/step", {"y": -1}
+    step = client.command(path, {"axis": "x", "distance_mm": -1.5, "along": along}).json()
+    beyond = client.command(path, {"axis": "x", "distance_mm": 12, "along": {"y": 1}})
+    twice = client.command(path, {"axis": "x", "distance_mm": 1, "along": {"x": -1}})
+    jog = client.command("/devices/stage/jog/start", HOLD | {"along": along}).json()
+    stopped = client.post(f"/jogs/{jog['id']}/stop").json()
+
+    assert step["state"] == "SUCCEEDED" and stopped["moving"] is False
+    assert stage.goals[0] == ("jog", {"way": "-x-y", "distance": 1.5})
+    assert stage.goals[1][1] == {"way": "+x-y", "feed": 600, "lease": 0.3}
+    assert (beyond.status_code, beyond.json()["code"]) == (422, "LIMIT")
+    assert (twice.status_code, twice.json()["code"]) == (422, "ONE_AXIS")
+
+
+def test_a_gantry_whose_ends_only_it_knows_can_be_jogged_all_the_same():
+    gantry = shipped_contracts()["gantry@2"]
+    ends = {"x": Limit(minimum="0 mm", maximum="40 cm")}
+
+    assert moving_of(gantry, {}).axes == ("x", "y", "z") and moving_of(gantry, {}).ranges_mm == {}
+    assert moving_of(gantry, ends).ranges_mm == {"x": (0, 400)}
 
 
 def test_only_what_both_sides_know_as_a_jog_is_one():

@@ -2220,7 +2220,7 @@ export interface components {
             name: string;
             /**
              * Ranges Mm
-             * @description Range of each axis, on this bench.
+             * @description Range of each axis, on this bench; without one only the device knows it.
              */
             ranges_mm: {
                 [key: string]: [
@@ -2691,9 +2691,13 @@ export interface components {
         };
         /**
          * JogStart
-         * @description Move along an axis for as long as keep-alives come.
+         * @description Move for as long as keep-alives come.
          */
         JogStart: {
+            /** Along */
+            along?: {
+                [key: string]: 1 | -1;
+            };
             /**
              * Axis
              * @enum {string}
@@ -2750,9 +2754,13 @@ export interface components {
         };
         /**
          * JogStep
-         * @description One bounded move along one axis from the position that the device reports.
+         * @description One bounded move from the position that the device reports.
          */
         JogStep: {
+            /** Along */
+            along?: {
+                [key: string]: 1 | -1;
+            };
             /**
              * Axis
              * @enum {string}

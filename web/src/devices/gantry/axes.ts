@@ -4,6 +4,8 @@ import type { Schema } from '../form/schema'
 
 export type Axis = 'x' | 'y' | 'z'
 export type Place = Partial<Record<Axis, number>>
+/** Axes that a jog moves together, and their directions. */
+export type Way = Partial<Record<Axis, 1 | -1>>
 
 /** The position in mm from the latest status; unknown axes are left out. */
 export function placeOf(device: DeviceState, axes: readonly Axis[]): Place {
@@ -21,6 +23,12 @@ export function movingOf(detail: DeviceDetail): ActionForm | undefined {
     const known = (action.params as Schema).properties ?? {}
     return action.danger === 'motion' && action.cancel && detail.axes.some((axis) => axis in known)
   })
+}
+
+/** Whether it jogs several axes at once. */
+export function jogsSeveral(detail: DeviceDetail): boolean {
+  const jog = detail.actions.find((action) => action.name === 'jog')
+  return 'way' in ((jog?.params as Schema | undefined)?.properties ?? {})
 }
 
 /** The largest feed that the move takes, in mm/min; null if it takes none. */

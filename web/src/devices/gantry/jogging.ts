@@ -6,7 +6,7 @@ import { useConnection } from '../../api/updates/connection'
 import { say } from '../../api/updates/socket'
 import { sentenceOf } from '../../api/refused'
 import { useRecording } from '../recording'
-import type { Axis } from './axes'
+import type { Axis, Way } from './axes'
 
 /** The axis stops by itself after so long without a word from this page. */
 const DEAD_MAN_MS = 300
@@ -17,6 +17,12 @@ interface Press {
   beating: ReturnType<typeof setInterval> | undefined
 }
 
+/** A way as the server takes it: one axis, and those that go along with it. */
+function split(way: Way): { axis: Axis; direction: 1 | -1; along: Way } {
+  const [[axis, direction], ...along] = Object.entries(way) as [[Axis, 1 | -1], ...[Axis, 1 | -1][]]
+  return { axis, direction, along: Object.fromEntries(along) }
+}
+
 /** Holds end when anything takes the hand or the eye away. */
 export function useJogging(device: () => string) {
   const connection = useConnection()
@@ -24,18 +30,20 @@ export function useJogging(device: () => string) {
   const said = ref('')
   const sending = ref(false)
   let press: Press | null = null
+  let ending: Promise<void> = Promise.resolve()
   const held = ref<string | null>(null)
   const moving = computed(() => held.value !== null && connection.bench.jogs[held.value]?.moving !== false)
 
   /** The move is relative to the position known to the server, which checks it. */
-  async function step(axis: Axis, distance_mm: number, feed_mm_min: number | null): Promise<void> {
+  async function step(way: Way, by_mm: number, feed_mm_min: number | null): Promise<void> {
     if (sending.value) return
     sending.value = true
     said.value = ''
     const path = { device: device() }
+    const { direction, ...axes } = split(way)
     try {
       const goal = await command(() =>
-        api.POST('/api/v1/devices/{device}/jog/step', { params: { path }, body: { axis, distance_mm, feed_mm_min } }),
+        api.POST('/api/v1/devices/{device}/jog/step', { params: { path }, body: { ...axes, distance_mm: direction * by_mm, feed_mm_min } }),
       )
       recording.follow(goal)
       if (goal.error !== null) said.value = goal.error.message
@@ -46,15 +54,18 @@ export function useJogging(device: () => string) {
     }
   }
 
-  async function hold(axis: Axis, direction: 1 | -1, feed_mm_min: number): Promise<void> {
-    if (press !== null) return
+  /** A hold that is under way ends first: the hand has changed its mind. */
+  async function hold(way: Way, feed_mm_min: number): Promise<void> {
+    letGo()
     const mine: Press = { released: false, id: null, beating: undefined }
     press = mine
+    await ending
+    if (mine.released) return
     said.value = ''
     const path = { device: device() }
     try {
       const jog = await command(() =>
-        api.POST('/api/v1/devices/{device}/jog/start', { params: { path }, body: { axis, direction, feed_mm_min, dead_man_ms: DEAD_MAN_MS } }),
+        api.POST('/api/v1/devices/{device}/jog/start', { params: { path }, body: { ...split(way), feed_mm_min, dead_man_ms: DEAD_MAN_MS } }),
       )
       mine.id = jog.id
       if (mine.released) await end(mine)
@@ -83,7 +94,7 @@ export function useJogging(device: () => string) {
     held.value = null
     mine.released = true
     clearInterval(mine.beating)
-    void end(mine)
+    ending = end(mine)
   }
 
   async function end(mine: Press): Promise<void> {
