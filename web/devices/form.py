@@ -76,7 +76,9 @@ def moving_of(contract: Contract, limits: Mapping[str, Limit]) -> Moving | None:
         lengths: dict[Axis, Any] = {a: properties[a] for a in AXES if _is_length(properties.get(a))}
         ranges: dict[Axis, tuple[float, float]] = {}
         ranges |= {axis: found for axis, one in lengths.items() if (found := _range_mm(one))}
-        axes = tuple(axis for axis in lengths if axis in ranges or axis in own)
+        axes: tuple[Axis, ...] = tuple(
+            a for a in AXES if a in lengths and (a in ranges or a in own)
+        )
         if axes:
             feed = properties.get("feed", {})
             return Moving(name, axes, ranges, feed.get("unit"), feed.get("maximum"))
