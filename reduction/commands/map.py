@@ -36,6 +36,12 @@ def map(
         str, typer.Option(help="Intensity scale: min-max, absolute or total.")
     ] = "min-max",
     format: Annotated[str, typer.Option(help="Figure format: png, svg or pdf.")] = "png",
+    correct_drift: Annotated[
+        bool,
+        typer.Option(
+            "--correct-drift", help="Correct wt % by the drift that check standards show."
+        ),
+    ] = False,
 ) -> None:
     """Draw element maps and classes for a run, or for tables written by `labrun reduce`."""
     from ..figures.paper import FORMATS
@@ -49,7 +55,7 @@ def map(
         raise typer.Exit(PROBLEMS)
     try:
         asked, telling = symbols(elements, "--elements"), symbols(features, "--features")
-        choices = MapChoices(asked, telling, classes, scale, format)
+        choices = MapChoices(asked, telling, classes, scale, format, correct_drift)
         result = map_folder(folder, folder / FOLDER if out is None else out, choices)
     except ValueError as fault:
         say(str(fault))

@@ -18,13 +18,14 @@ NOT_OF_THE_SAMPLE = frozenset({"Ar", "He", "N"})  # the chamber's gas, and air
 @dataclass(frozen=True, slots=True)
 class MapChoices:
     """elements: None for those seen at enough points; features: None for `usual_features`;
-    n_classes: None for silhouette."""
+    n_classes: None for silhouette. correct_drift: concentrations by the run's check standards."""
 
     elements: tuple[str, ...] | None = None
     features: tuple[str, ...] | None = None
     n_classes: int | None = None
     scale: Scale = "min-max"
     format: Format = "png"
+    correct_drift: bool = False
 
 
 @dataclass(frozen=True, slots=True)

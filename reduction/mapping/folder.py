@@ -34,7 +34,7 @@ def map_folder(folder: Path, out: Path, choices: MapChoices | None = None) -> Ma
     if `out` cannot be written.
     """
     choices = choices or MapChoices()
-    points = gather(folder)
+    points = gather(folder, correct_drift=choices.correct_drift)
     if not points.lit.any():
         known = any(np.isfinite(area).any() for area in points.area.values())
         what = "every area in it is 0" if known else "it has no numeric area"

@@ -18,6 +18,7 @@ from .points.contents import ERROR, VALUE
 from .points.rows import STANDARD
 
 TABLES = "data*.csv"
+POINT, CORRECT = "point", "correct_drift"
 KNOWN, KNOWN_ERROR = "wt_percent_known", "wt_percent_known_err"
 HOLDS = 2.0  # errors that the mean may be off
 LEAST_OF_A_DRIFT, SURE = 4, 0.01  # readings; chance that such a slope is none
@@ -27,7 +28,8 @@ WORTH_A_WORD = 0.02  # of the mean: a smaller drift is none, however sure
 @dataclass(frozen=True, slots=True, eq=False)
 class Checks:
     """Readings of one standard's element in the order of the run, wt %, shape (n,): NaN where one told
-    no value. known, known_error: the certificate's, the latter 0 where it says none."""
+    no value. known, known_error: the certificate's, the latter 0 where it says none. place: how many points
+    were measured before, NaN where that is not told. correct: whether the run asks to correct by them."""
 
     standard: str
     element: str
@@ -35,6 +37,8 @@ class Checks:
     error: FloatArray
     known: float
     known_error: float
+    place: FloatArray
+    correct: bool = False
 
     @property
     def values(self) -> FloatArray:
@@ -137,5 +141,10 @@ def _in_table(table: Columns) -> list[Checks]:
             certified = known[np.isfinite(known)]
             if len(certified):
                 sure = float(np.nanmax(np.append(known_error, 0.0)))
-                found.append(Checks(standard, element, value, error, float(certified[0]), sure))
+                place = table.numbers(POINT)[own]
+                correct = np.array(table.text(CORRECT))[own]
+                asked = bool(np.any(np.char.lower(correct) == "true"))
+                found.append(
+                    Checks(standard, element, value, error, float(certified[0]), sure, place, asked)
+                )
     return found

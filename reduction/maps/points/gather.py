@@ -1,12 +1,14 @@
 """Gather the points of a folder: the rows of its run, joined with the tables of its spectra."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from ...spectrum.fault import Unreadable
 from ...spectrum.spectrum import FloatArray, IntArray
+from ..checks import read_checks
+from ..drift import corrected
 from .columns import read_columns
 from .contents import Contents, joined, taken
 from .join import join
@@ -28,11 +30,12 @@ class _Part:
     at: IntArray
 
 
-def gather(folder: Path, *, tables: bool = True) -> Points:
+def gather(folder: Path, *, tables: bool = True, correct_drift: bool = False) -> Points:
     """All that `folder` says about points: its data.csv (and data-NAME.csv), and reduced tables.
 
     Elements come from the tables where these have them, else from the rows; tables=False leaves
-    them out. Raises Unreadable, with a sentence on what to do, where there is nothing to map.
+    them out. Concentrations are corrected by the run's check standards where that is asked for, here or
+    in their rows. Raises Unreadable, with a sentence on what to do, where there is nothing to map.
     """
     if not folder.is_dir():
         raise Unreadable(
@@ -56,7 +59,22 @@ def gather(folder: Path, *, tables: bool = True) -> Points:
         if not any(rows.area or rows.contents for rows in found):
             return _from_spectra(reduced, notes)
         reduced = None
-    return merged(_together(parts, reduced, notes))
+    return merged(_of_drift(_together(parts, reduced, notes), parts, folder, correct_drift))
+
+
+def _of_drift(points: Points, parts: list[_Part], folder: Path, asked: bool) -> Points:
+    """The points with concentrations corrected by check standards, if that is asked for."""
+    checks = read_checks(folder)
+    if not (asked or any(one.correct for one in checks)):
+        return points
+    if not (checks and points.contents and len(parts) == 1):
+        why = (
+            "the points are in several tables" if len(parts) > 1 else "no concentrations of points"
+        )
+        why = why if checks else "no rows of check standards"
+        return replace(points, notes=[*points.notes, f"not corrected for drift: {why}"])
+    contents, said = corrected(points.contents, np.arange(len(points), dtype=np.float64), checks)
+    return replace(points, contents=contents, notes=[*points.notes, *said])
 
 
 def _never() -> Points:
