@@ -190,6 +190,13 @@ class Results:
         fitted = await self._fitted(id, file, None)
         return fitted["axis"], base64.b64decode(fitted["curves"])
 
+    async def curve(self, id: str, element: str) -> Response:
+        """The calibration curve of an element, as SVG."""
+        asked = {"folder": str(self._runs.place(id)), "element": element}
+        told = await self._worker.ask("curve", asked, PEAKS_S)
+        headers = {"Content-Security-Policy": CLOSED, "Cache-Control": "private, no-cache"}
+        return Response(told["svg"], media_type="image/svg+xml", headers=headers)
+
     async def _fitted(self, id: str, file: str, elements: list[str] | None) -> dict[str, Any]:
         path = self._inside(id, file)
         read = await asyncio.to_thread(self._spectra.read, path)

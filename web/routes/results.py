@@ -115,6 +115,12 @@ async def get_fit(id: str, file: str, app_state: TheSite) -> Response:
     return Float32Response(curves, headers={"X-Axis": axis})
 
 
+@router.get("/runs/{id}/curve")
+async def get_curve(id: str, element: str, app_state: TheSite) -> Response:
+    """The calibration curve of an element, as SVG, of a calibration that the run used."""
+    return await app_state.results.curve(id, element)
+
+
 @router.post("/runs/{id}/mean", response_class=Float32Response, responses=BINARY)
 async def mean_spectrum(id: str, asked: models.Selection, app_state: TheSite) -> Response:
     """The mean of the selected points' spectra, Float32; `X-Count` gives their number."""

@@ -18,6 +18,7 @@ def works() -> dict[str, Work]:
     """The available functions, by name."""
     from ..library.rehearse_work import rehearse
     from ..library.text_check_work import look
+    from ..results.curve_work import curve
     from ..results.peak_work import peaks
     from ..runs.compare_work import changes
     from ..runs.release_work import prepare
@@ -27,6 +28,7 @@ def works() -> dict[str, Work]:
         "changes": changes,
         "rehearse": rehearse,
         "peaks": peaks,
+        "curve": curve,
         "release": prepare,
     }
 
