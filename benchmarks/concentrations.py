@@ -24,8 +24,8 @@ from truth.samples import WEIGHT
 from labrun.reduction.calibration.calibrate import Choices, Shot, calibrate
 from labrun.reduction.calibration.calibration import Calibration, Card, asked_for
 from labrun.reduction.calibration.closure import concentrations, one_point
-from labrun.reduction.calibration.formula import with_oxygen
 from labrun.reduction.calibration.standards import Standard, Standards
+from labrun.reduction.lines.formula import with_oxygen
 from labrun.reduction.reduce import reduce_spectrum
 from labrun.reduction.spectrum.spectrum import Spectrum
 

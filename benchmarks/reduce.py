@@ -47,11 +47,11 @@ from truth import (
 
 from labrun.reduction import Reduction, Spectrum, read_spectrum, reduce_spectrum
 from labrun.reduction.calibration.closure import concentrations
-from labrun.reduction.calibration.formula import WEIGHT, with_oxygen
 from labrun.reduction.elements.elements import find_elements
 from labrun.reduction.elements.evidence import evidence
 from labrun.reduction.elements.identify import identify
 from labrun.reduction.elements.state import plasma_state
+from labrun.reduction.lines.formula import WEIGHT, with_oxygen
 from labrun.reduction.peaks.background import background
 from labrun.reduction.peaks.peaks import find_peaks
 from labrun.reduction.peaks.profiles import fit_profiles

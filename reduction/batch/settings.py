@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ..calibration.formula import Closed
+from ..lines.formula import Closed
 from ..spectrum.axis import Unit
 from ..spectrum.spectrum import Medium
 

@@ -7,10 +7,10 @@ from functools import lru_cache
 import numpy as np
 
 from ..elements.elements import DEFAULT_ELEMENTS, Line
+from ..lines.formula import Closed
 from ..reduce import Reduction
 from ..spectrum.spectrum import FloatArray
 from .curve import Curve
-from .formula import Closed
 from .multivariate import Likeness, Pls, binned
 from .signals import Signal, line_signal, total_light
 

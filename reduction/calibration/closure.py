@@ -16,12 +16,12 @@ import numpy as np
 
 from ..elements.evidence_score import NOT_SEEN
 from ..elements.identify import Identified
+from ..lines.formula import WEIGHT, Closed, with_oxygen
 from ..plasma.lithium_share import THICK, UNIFORM, cations
 from ..plasma.strengths import atoms
 from ..reduce import Reduction
 from ..spectrum.spectrum import BoolArray, FloatArray, TextArray
 from .calibration import Concentration, OnePoint
-from .formula import WEIGHT, Closed, with_oxygen
 
 NORMAL_95 = 1.96
 MOST_ERROR = 1.5  # of ln(amount): with more an element's amount is not told

@@ -4,12 +4,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..lines.formula import Closed
 from ..reduce import Reduction, reduce_spectrum
 from ..spectrum.shots import Shots
 from ..spectrum.spectrum import Medium, Spectrum
 from .calibration import Calibration, Concentration, asked_for
 from .closure import concentrations
-from .formula import Closed
 
 NOT_CALIBRATED = Concentration(None, None, None, None, ("not calibrated",))
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatch
 from pathlib import Path, PurePath
 
-from .formula import element_in
+from ..lines.formula import element_in
 
 PER_CENT = {
     "wt %": 1.0, "wt%": 1.0, "wt.%": 1.0, "wt. %": 1.0, "mass %": 1.0, "%": 1.0, "g/kg": 0.1,

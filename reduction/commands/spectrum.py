@@ -20,7 +20,7 @@ from .words import closure as closure_of
 from .words import columns as columns_of
 
 if TYPE_CHECKING:
-    from ..calibration.formula import Closed
+    from ..lines.formula import Closed
     from ..reduce import Reduction
 
 

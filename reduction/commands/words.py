@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from ..calibration.formula import Closed
+    from ..lines.formula import Closed
 
 OwnLines = Annotated[
     Path | None,
@@ -94,7 +94,7 @@ def known_response(path: Path | None) -> str | None:
 
 def closure(closed: str | None) -> "Closed | None":
     """What `--closure` closes; ValueError if it is nothing that can be."""
-    from ..calibration.formula import CLOSED
+    from ..lines.formula import CLOSED
 
     if closed is None or closed in CLOSED:
         return closed

@@ -22,35 +22,46 @@ from ..spectrum.spectrum import BoolArray, FloatArray
 from .choices import MapChoices
 from .grades import SampleGrade, grade_figures
 from .sample_figures import Drawn, sample_figures, samples_of
+from .tables import BY_WT
 
 
 def draw_figures(
-    points: Points, elements: list[str], classes: Classes | None, grades: list[SampleGrade],
-    choices: MapChoices, folder: Path,
+    points: Points, elements: list[str], classes: Classes | None,
+    composed: tuple[Points, Classes] | None, grades: list[SampleGrade], choices: MapChoices, folder: Path,
 ) -> list[Path]:  # fmt: skip
     """The figures written. Raises OSError if one cannot be written."""
     with paper():
         return [
             save(draw(), folder / f"{name}.{choices.format}")
             for name, draw in chain(
-                _figures(points, elements, classes, choices), grade_figures(grades, points.unit)
+                _figures(points, elements, classes, choices),
+                () if composed is None else _class_map(*composed, BY_WT),
+                grade_figures(grades, points.unit),
             )
         ]
 
 
-def _figures(points: Points, elements, classes, choices: MapChoices) -> Iterator[Drawn]:
-    yield from sample_figures(points, elements, classes, choices)
-    areas = {
+def _areas(points: Points) -> dict[str, BoolArray]:
+    """The points of each sample that are not on one line."""
+    return {
         sample: own
         for sample, own in samples_of(points).items()
         if np.sum(own) > 1 and along_line(points.x[own], points.y[own]) is None
     }
-    if areas and classes is not None:
+
+
+def _class_map(points: Points, classes: Classes, which: str = "") -> Iterator[Drawn]:
+    if areas := _areas(points):
         label = np.where(points.measured, classes.label.astype(np.float64), np.nan)
-        yield (
-            "class_map",
-            lambda: class_map_figure(_maps(points, label, areas), classes, points.unit),
-        )
+        maps = _maps(points, label, areas)
+        yield f"class_map{which}", lambda: class_map_figure(maps, classes, points.unit)
+
+
+def _figures(points: Points, elements, classes, choices: MapChoices) -> Iterator[Drawn]:
+    yield from sample_figures(points, elements, classes, choices)
+    areas = _areas(points)
+    if classes is not None:
+        yield from _class_map(points, classes)
     if areas and np.isfinite(points.temperature_k).any():
         maps = _maps(points, points.temperature_k, areas)
         drawn = np.any(list(areas.values()), axis=0) & np.isfinite(points.temperature_k)

@@ -7,13 +7,14 @@ import numpy as np
 
 from ..maps.checks import read_checks
 from ..maps.classes.classify import Classes, classify
+from ..maps.classes.composition import by_composition
 from ..maps.points.gather import gather
 from ..maps.points.points import Points
 from .choices import MapChoices, Shown, elements_to_show
 from .figures import draw_figures
 from .grades import SENTENCES, sample_grades
 from .sample_figures import concentrations_shown
-from .tables import write_classes, write_grades, write_maps, write_record
+from .tables import BY_WT, write_classes, write_grades, write_maps, write_record
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +48,12 @@ def map_folder(folder: Path, out: Path, choices: MapChoices | None = None) -> Ma
         notes += classes.notes
     except ValueError as fault:
         notes.append(f"no classes: {fault}")
+    composed = None
+    try:
+        composed = by_composition(points, choices.n_classes)
+        notes += [] if composed is None else [_composed(composed[1])]
+    except ValueError as fault:
+        notes.append(f"no classes by wt %: {fault}")
     notes += _about_places(points)
     notes += [one.sentence for one in read_checks(folder)]
     notes += [
@@ -61,12 +68,20 @@ def map_folder(folder: Path, out: Path, choices: MapChoices | None = None) -> Ma
     written = [write_maps(points, shown.elements, choices, out)]
     if classes is not None:
         written += write_classes(points, classes, out)
+    if composed is not None:
+        written += write_classes(*composed, out, BY_WT)
     written += [write_grades(grades, out)] if grades else []
-    written += draw_figures(points, shown.elements, classes, grades, choices, out)
+    written += draw_figures(points, shown.elements, classes, composed, grades, choices, out)
     written.append(
         write_record(points, shown.elements, classes, choices, notes, written, folder, out)
     )
     return MapResult(points, shown.elements, classes, notes, written)
+
+
+def _composed(classes: Classes) -> str:
+    """`3 classes by wt % of Li, K: 1 spodumene (12 points), ...`."""
+    each = [f"{one.number} {one.likely} ({one.size} points)" for one in classes.summary]
+    return f"{len(classes)} classes by wt % of {', '.join(classes.features)}: {', '.join(each)}"
 
 
 def _about_places(points: Points) -> list[str]:

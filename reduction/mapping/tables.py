@@ -23,6 +23,7 @@ from .sample_figures import concentrations_shown
 MAPS, CLASSES, SUMMARY, RECORD = "maps.csv", "classes.csv", "class_summary.csv", "map.json"
 CHECKS, GRADES = "checks.csv", "grade.csv"
 DIGITS = 7
+BY_WT = "_by_wt_percent"  # ends the names of what is of classes by composition
 VERSIONS = ("labrun", "numpy", "scipy", "matplotlib")
 
 
@@ -58,8 +59,11 @@ def _content(one: Contents | None, at: int) -> list[str]:
     return [*map(cell, (one.value[at], one.error[at], one.low[at], one.high[at])), one.flags[at]]
 
 
-def write_classes(points: Points, classes: Classes, folder: Path) -> list[Path]:
-    """One row per point with its class from 1, `none` without a signal; and one row per class."""
+def write_classes(points: Points, classes: Classes, folder: Path, which: str = "") -> list[Path]:
+    """One row per point with its class from 1, `none` without a signal; and one row per class.
+
+    which: ends the files' names.
+    """
     x, y = (f"{axis}_{points.unit}" for axis in "xy")
     head = ["sample", "point", x, y, "class", "distance", "silhouette"]
     rows = []
@@ -75,7 +79,8 @@ def write_classes(points: Points, classes: Classes, folder: Path) -> list[Path]:
         + [cell(v) for e in elements for v in (s.area[e], s.error[e])]
         for s in classes.summary
     ]
-    return [_write(folder / CLASSES, head, rows), _write(folder / SUMMARY, long, summary)]
+    paths = [folder / name.replace(".csv", f"{which}.csv") for name in (CLASSES, SUMMARY)]
+    return [_write(paths[0], head, rows), _write(paths[1], long, summary)]
 
 
 def write_checks(checks: Sequence[Checks], folder: Path) -> Path:

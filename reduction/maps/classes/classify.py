@@ -1,5 +1,6 @@
 """Sort points into classes by the areas of a few elements, and summarise each class."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ FEATURES = ("Li", "H")  # the paper's
 TELLING = ("Li", "H", "K", "Na", "Si")  # that tell the minerals of a lithium pegmatite apart
 LEAST_PART = 0.01  # of the points must show a feature, or it tells nothing
 NONE = -1
+Names = list[tuple[str, str]]  # of each class: the likely mineral, and why
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,10 +57,18 @@ def usual_features(points: Points) -> tuple[str, ...]:
     return FEATURES if set(FEATURES) <= set(seen) else seen or FEATURES
 
 
+def by_brightness(points: Points, label: IntArray, k: int) -> Names:
+    """By what is bright in each of k classes."""
+    return [likely(bright) for bright in brightness(points.area, label, k)]
+
+
 def classify(
-    points: Points, features: tuple[str, ...] | None = None, n_classes: int | None = None
+    points: Points,
+    features: tuple[str, ...] | None = None,
+    n_classes: int | None = None,
+    named: Callable[[Points, IntArray, int], Names] = by_brightness,
 ) -> Classes:
-    """Classes of all points with any signal.
+    """Classes of all points with any signal, with likely minerals by `named`.
 
     features: elements, `usual_features` if None; n_classes: chosen by silhouette within 2 to 8 if
     None. Raises ValueError, with a sentence, where no feature tells anything or there are too few
@@ -105,7 +115,7 @@ def classify(
     away = np.sqrt(np.sum((x - centre[label]) ** 2, axis=1))
     whole = _over(points, lit, label, NONE).astype(np.int64)
     silhouette = _over(points, lit, inside, np.nan)
-    summary = _summaries(points, whole, silhouette, n_classes)
+    summary = _summaries(points, whole, silhouette, named(points, whole, n_classes))
     return Classes(
         tuple(used), whole, _over(points, lit, away, np.nan), silhouette, scores, summary, notes
     )
@@ -117,12 +127,10 @@ def _over(points: Points, lit, values, elsewhere: float) -> FloatArray:
     return found
 
 
-def _summaries(points: Points, label, silhouette, k: int) -> list[ClassSummary]:
-    bright = brightness(points.area, label, k)
+def _summaries(points: Points, label, silhouette, names: Names) -> list[ClassSummary]:
     found = []
-    for c in range(k):
+    for c, (name, why) in enumerate(names):
         own = {e: _mean(area[label == c]) for e, area in points.area.items()}
-        name, why = likely(bright[c])
         found.append(ClassSummary(
             c + 1, int(np.sum(label == c)), float(np.mean(silhouette[label == c])),
             {e: mean for e, (mean, _) in own.items()}, {e: error for e, (_, error) in own.items()},

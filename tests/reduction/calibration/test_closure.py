@@ -5,7 +5,7 @@ from truth import with_vice
 from labrun.drivers.simulated.twins.shot import ShotMaker
 from labrun.reduction import Spectrum, read_spectrum, reduce_spectrum
 from labrun.reduction.calibration.closure import concentrations, one_point
-from labrun.reduction.calibration.formula import WEIGHT, with_oxygen
+from labrun.reduction.lines.formula import WEIGHT, with_oxygen
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from labrun.reduction.calibration.formula import WEIGHT, element_in
+from labrun.reduction.lines.formula import WEIGHT, element_in
 from labrun.reduction.lines.symbols import SYMBOLS
 
 
