@@ -23,7 +23,12 @@ WIDE, ENOUGH = 9.0, 4.5
 WIDE_OF_FEW, ENOUGH_OF_FEW, FEW = 16.0, 7.0, 5
 CLEAR, NARROW = 10.0, 0.2  # errors of an area; quantile of the widths of such peaks
 OVER_NARROW = 2.5  # usual width over that of the narrower ones
-LEAST_WIDE = 2.0  # channels
+LEAST_WIDE = 2.0  # a detector's own channels that a line is wide
+BRIGHTEST, BASE, BASE_QUANTILE = (
+    20,
+    60,
+    0.25,
+)  # maxima; channels beside them, whose quantile is their foot
 EXACT, INTERPOLATED = 1e-9, 0.15  # of a usual step; part of the channels
 LEAST_LEFT = 64  # channels
 PHOTON_CHANNELS, BLURRED_PHOTON = (
@@ -65,19 +70,18 @@ def fit_at_pitch(
     wanted_nm: as in `fit_profiles`. shared: channels that share their noise, see `resampled`. The
     axis that was used is in the profiles.
     """
-    seen = averaged(spectrum, bad, max(finer_than_any(spectrum.wavelength_nm), shared))
+    coarse = shared > 1 and LEAST_WIDE * shared > narrow_channels(spectrum.intensity, bad.any)
+    # Smoothed, not interpolated: the lines are as narrow as the smoothing.
+    smoothed = coarse and not on_straight_lines(spectrum.intensity)
+    finest = finer_than_any(spectrum.wavelength_nm)
+    seen = averaged(spectrum, bad, finest if smoothed else max(finest, shared))
     hidden = 1.0
     if shared > 1:
         hidden = max(sharing(seen.spectrum.intensity) / WHITE, 1.0)
+    if shared > 1 and not smoothed:
         spoiled = seen.bad | mark_bad(seen.spectrum.intensity).any
         seen = Averaged(seen.spectrum, spoiled, seen.channels)
     profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
-    smoothed = shared > 1 and not profiles.spikes and not on_straight_lines(spectrum.intensity)
-    if smoothed and lost_by_averaging(profiles):
-        # Smoothed, not interpolated: the lines are as narrow as the smoothing.
-        seen = averaged(spectrum, bad, finer_than_any(spectrum.wavelength_nm))
-        hidden = max(sharing(seen.spectrum.intensity) / WHITE, 1.0)
-        profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
     if profiles.spikes:
         # Their sums over several channels are nearly normal, but for a tail.
         whole = PHOTON_CHANNELS if shared == 1 else BLURRED_PHOTON
@@ -131,13 +135,30 @@ def on_straight_lines(intensity: FloatArray) -> bool:
     return float(np.mean(bend <= EXACT * step)) > INTERPOLATED
 
 
-def lost_by_averaging(profiles: Profiles) -> bool:
-    """Whether lines are hardly wider than the channels that were averaged."""
-    peaks = profiles.peaks
-    if np.count_nonzero(peaks.area > CLEAR * peaks.area_error) < FEW:
-        return False
-    x = profiles.wavelength_nm
-    return narrow_nm(profiles) < LEAST_WIDE * (x[-1] - x[0]) / max(len(x) - 1, 1)
+def narrow_channels(intensity: FloatArray, bad: BoolArray) -> float:
+    """Full width at half height of the narrower of the brightest maxima, channels; infinite without any.
+
+    intensity: counts, shape (n,); bad: channels that do not count, (n,).
+    """
+    y = bridged(intensity, bad)
+    top = 1 + np.flatnonzero((y[1:-1] >= y[:-2]) & (y[1:-1] > y[2:]))
+    widths: list[float] = []
+    last = np.zeros(len(y), np.bool_)
+    for at in top[np.argsort(-y[top])].tolist():
+        if last[at]:
+            continue
+        near = y[max(at - BASE, 0) : at + BASE + 1]
+        half = 0.5 * (y[at] + float(quantile(near, BASE_QUANTILE)))
+        below = np.flatnonzero(near <= half) + max(at - BASE, 0)
+        left, right = below[below < at], below[below > at]
+        if not len(left) or not len(right):
+            continue
+        a, b = int(left[-1]), int(right[0])
+        last[a : b + 1] = True
+        widths.append(b - a - (half - y[a]) / (y[a + 1] - y[a]) - (half - y[b]) / (y[b - 1] - y[b]))
+        if len(widths) == BRIGHTEST:
+            break
+    return float(quantile(np.array(widths), NARROW)) if widths else np.inf
 
 
 @float_kernel

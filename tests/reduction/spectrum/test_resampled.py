@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from labrun.reduction import Spectrum
-from labrun.reduction.peaks.pitch import fit_at_pitch
+from labrun.reduction.peaks.pitch import fit_at_pitch, narrow_channels
 from labrun.reduction.spectrum.bad import mark_bad
 from labrun.reduction.spectrum.resampled import resampled, sharing
 
@@ -50,3 +50,20 @@ def test_what_neighbours_still_share_does_not_make_peaks_of_noise():
 
     assert channels == 3 and len(profiles.peaks) <= 3
     assert np.median(profiles.noise) == pytest.approx(seen, rel=0.15)
+
+
+def test_a_smoothed_export_is_not_averaged_over_its_lines():
+    rng, n = np.random.default_rng(3), 6_144
+    t = np.arange(n)
+    lines = sum(
+        a * np.exp(-0.5 * ((t - c) / 1.6) ** 2)
+        for c, a in zip(rng.uniform(20, n - 20, 300), 10 ** rng.uniform(2, 4, 300), strict=True)
+    )
+    smooth = np.convolve(rng.normal(0, 12, n + 30), np.hanning(17) / 8, "same")[15:-15]
+    export = 500 + lines + smooth
+    bad = mark_bad(export, alone=False)
+    shared = resampled(export)
+    profiles, channels = fit_at_pitch(Spectrum(240 + 0.1 * t, export), bad, shared=shared)
+
+    assert shared > 2 and narrow_channels(export, bad.any) == pytest.approx(3.8, rel=0.15)
+    assert channels == 1 and len(profiles.peaks) > 120
