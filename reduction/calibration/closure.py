@@ -2,7 +2,11 @@
 
 Calibration-free LIBS (Ciucci et al., Appl. Spectrosc. 53, 960 (1999)): the plasma is taken to have
 the sample's composition, and all that the sample holds to have lines in the plot, oxygen excepted,
-which a rock's cations bind in a known ratio. An element that is not seen gets an upper limit.
+which a rock's cations bind in a known ratio. An element that is not seen for sure gets an upper limit.
+
+A plasma is not one zone, and not one moment: part of its atoms are in cooler ones, where what ionises
+easily shines far more. How many is not known, so amounts are drawn many times, each time with another
+part, and what is told is the mean, the standard deviation and the quantiles of the draws.
 
 One standard of the same instrument makes up for what all spectra lack alike, response and transition
 probabilities (one-point calibration: Cavalcanti et al., Spectrochim. Acta B 87, 51 (2013)); there a
@@ -11,12 +15,14 @@ factor for each line, here one for each element's amount.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from ..elements.evidence_score import NOT_SEEN
 from ..elements.identify import Identified
 from ..lines.formula import WEIGHT, Closed, with_oxygen
+from ..plasma.boltzmann import CALIBRATION
 from ..plasma.lithium_share import THICK, UNIFORM, cations
 from ..plasma.strengths import atoms
 from ..reduce import Reduction
@@ -25,22 +31,29 @@ from .calibration import Concentration, OnePoint
 
 NORMAL_95 = 1.96
 MOST_ERROR = 1.5  # of ln(amount): with more an element's amount is not told
-# What a response that had to be found in the same lines leaves of each ln(amount): on 14 measured
-# minerals the median amount was off by a factor of 1.9.
-UNKNOWN_RESPONSE = 0.6
+# Part of the atoms that are in a cooler zone: its ends, even in ln, and the zone's temperature and density
+# beside the plot's.
+COOL_PARTS = np.geomspace(0.005, 0.6, 9)
+COOL_K, COOL_NE = 0.5, 0.3
+# What a response that had to be found in the same lines leaves of each ln(amount): set on half of the
+# measured minerals.
+UNKNOWN_RESPONSE = 0.8
 LEAST_SHOTS = 3  # whose scatter is an error
+DRAWS = 1_800
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Amounts:
     """ln(mass) of the plot's elements, arbitrary unit, shape (n,), with the covariance of the plot's fit.
-    counted: whose mass is known and which are no gas. lost: e-folds of light lost."""
+    counted: whose mass is known and which are no gas. lost: e-folds of light lost. cool: what is added to
+    ln(mass) for each of COOL_PARTS, shape (parts, n); of the middle one it is in log_mass already."""
 
     names: TextArray
     counted: BoolArray
     log_mass: FloatArray
     covariance: FloatArray
     lost: FloatArray
+    cool: FloatArray
 
 
 def _amounts(found: Identified | None) -> _Amounts | None:
@@ -52,7 +65,26 @@ def _amounts(found: Identified | None) -> _Amounts | None:
     if not counted.any():
         return None
     log_mass = plot.log_scale[plot.names] + np.log([WEIGHT.get(name, 1.0) for name in names])
-    return _Amounts(names, counted, log_mass, plot.covariance, _lost(found, len(names)))
+    cool = _cool(found, len(names))
+    usual = cool[len(cool) // 2]
+    return _Amounts(
+        names, counted, log_mass + usual, plot.covariance, _lost(found, len(names)), cool - usual
+    )
+
+
+def _cool(found: Identified, n: int) -> FloatArray:
+    """ln of each element's amount with parts of its atoms in a cooler zone, less that with none there:
+    (parts, n)."""
+    plot, lines = found.plot, found.lines
+    assert plot is not None and lines is not None
+    which, density = np.searchsorted(plot.names, lines.element), 10**plot.log10_ne
+    hot = lines.thin(plot.temperature_k, density)
+    cool = lines.thin(COOL_K * plot.temperature_k, COOL_NE * density)
+    part = COOL_PARTS[:, None]
+    more = np.logaddexp(np.log(1 - part) + hot, np.log(part) + cool) - hot
+    weight = 1 / (lines.error**2 + CALIBRATION**2)
+    total = np.maximum(np.bincount(which, weight, n), 1e-12)
+    return -np.array([np.bincount(which, weight * one, n) for one in more]) / total
 
 
 def one_point(
@@ -100,6 +132,9 @@ def concentrations(
     if found is None or told is None:
         return {}
     names, counted, log_mass = told.names, told.counted, told.log_mass
+    sure = counted & np.isin(names, reduction.detected)
+    doubtful = counted & ~sure
+    counted = sure if sure.any() else counted
     bound = np.array([with_oxygen(name, closed) for name in names])
     own = np.hypot(UNIFORM, THICK * told.lost)
     if found.response is not None:
@@ -113,39 +148,54 @@ def concentrations(
         elif points:
             own[k] = np.hypot(own[k], np.std([one.log_factor for one in points.values()]))
     covariance = told.covariance + np.diag(own**2)
-    while True:
-        log_whole = np.where(counted, log_mass + np.log(bound), -np.inf)
-        top = float(log_whole.max())
-        whole = float(np.exp(log_whole - top).sum())
-        parts = np.exp(log_whole - top) / whole
-        turn = np.eye(len(names)) - parts
-        error = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", turn, covariance, turn), 0.0))
-        if not counted.any() or not np.any(error[counted] > MOST_ERROR):
-            break
-        # The one that the lines tell least would make all the others as unsure.
-        counted[np.argmax(np.where(counted, np.diag(covariance), -1.0))] = False
+    counted = _told_well(log_mass + np.log(bound), covariance, counted)
     if not counted.any():
         return {}
+    log_drawn = log_mass + _drawn(covariance)
+    if not points:  # a standard's plasma had cooler zones, too
+        log_drawn += np.resize(told.cool, log_drawn.shape)
+    log_whole = np.logaddexp.reduce((log_drawn + np.log(bound))[:, counted], axis=1, keepdims=True)
+    parts = 100 * np.exp(np.minimum(log_drawn - log_whole, 0.0))
     flags = _missing(reduction, names[counted])
     uncalibrated = ("no standard told it",) if points else ()
     said = {}
     for k in np.flatnonzero(counted):
-        part = float(parts[k] / bound[k])
-        doubt = () if names[k] in reduction.detected else ("uncertain",)
+        doubt = () if sure[k] else ("uncertain",)
         doubt += () if names[k] in (points or {}) else uncalibrated
-        low, high = _interval(part, float(error[k]))
+        low, high = np.quantile(parts[:, k], [0.025, 0.975])
         said[str(names[k])] = Concentration(
-            100 * part, 100 * part * float(error[k]), low, high, (*doubt, *flags)
-        )
-    return said | _limits(found, said, top + float(np.log(whole)), float(own.mean()))
+            float(parts[:, k].mean()), float(parts[:, k].std()), float(low), float(high), (*doubt, *flags)
+        )  # fmt: skip
+    for k in np.flatnonzero(doubtful & ~counted):
+        if (high := float(np.quantile(parts[:, k], 0.975))) < 100:
+            said[str(names[k])] = Concentration(None, None, None, high, ("below LOD", "uncertain"))
+    return said | _limits(found, said, float(log_whole.mean()), float(own.mean()))
 
 
-def _interval(part: float, error: float) -> tuple[float, float]:
-    """Ends of the 95 % interval, wt %; error of ln(part)."""
-    part = min(max(part, 1e-12), 1 - 1e-9)
-    logit, spread = np.log(part / (1 - part)), NORMAL_95 * error / (1 - part)
-    low, high = (100 / (1 + np.exp(-logit - s * min(spread, 50.0))) for s in (-1, 1))
-    return float(low), float(high)
+def _told_well(log_mass: FloatArray, covariance: FloatArray, counted: BoolArray) -> BoolArray:
+    """Which of those counted have a part of the whole with a bearable error, (n,)."""
+    counted = counted.copy()
+    while counted.any():
+        parts = np.where(counted, np.exp(log_mass - log_mass[counted].max()), 0.0)
+        turn = np.eye(len(parts)) - parts / parts.sum()
+        error = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", turn, covariance, turn), 0.0))
+        if not np.any(error[counted] > MOST_ERROR):
+            break
+        # The one that the lines tell least would make all the others as unsure.
+        counted[np.argmax(np.where(counted, np.diag(covariance), -1.0))] = False
+    return counted
+
+
+def _drawn(covariance: FloatArray) -> FloatArray:
+    """Draws around 0 with a covariance (n, n), shape (DRAWS, n); each time the same ones."""
+    size, axes = np.linalg.eigh(covariance)
+    return _normal(len(size)) * np.sqrt(np.maximum(size, 0.0)) @ axes.T
+
+
+@lru_cache(maxsize=32)
+def _normal(n: int) -> FloatArray:
+    half = np.random.default_rng(0).standard_normal((DRAWS // 2, n))
+    return np.concatenate([half, -half])
 
 
 def _lost(found: Identified, n: int) -> FloatArray:
