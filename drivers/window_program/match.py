@@ -157,7 +157,7 @@ def _digest(
     digest = blake2b(repr((len(templates), scale, [(t.name, t.threshold) for t in every])).encode())
     for each in (picture, *(t.picture for t in every)):
         digest.update(repr(each.shape).encode())
-        digest.update(np.ascontiguousarray(each))
+        digest.update(each.tobytes())
     return digest.digest()
 
 

@@ -48,8 +48,13 @@ def chart(entries: list[Entry], name: str) -> Chart:
     return Chart(name, unit, alike, mean - width, mean, mean + width)
 
 
+def names(entries: list[Entry]) -> list[str]:
+    """Every number that these runs have."""
+    return sorted({name for entry in entries for name in entry.numbers})
+
+
 def none_has(entries: list[Entry], name: str) -> str:
     """That no run has this number, and which ones there are."""
-    known = sorted({name for entry in entries for name in entry.numbers})
+    known = names(entries)
     there = ", ".join(known[:20]) or "no number in any of them"
     return f"none of {len(entries)} runs has {name}{did_you_mean(name, known)}; there is {there}"

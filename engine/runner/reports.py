@@ -17,6 +17,7 @@ def make_reports(folder: Path) -> tuple[list[Path], list[str]]:
         try:
             made.extend(point.load()(folder))
         except Exception as fault:  # a plug-in's fault must not stop the run from ending
-            LOG.exception("report %r", point.name)
+            if not isinstance(fault, ImportError):
+                LOG.exception("report %r", point.name)
             failed.append(f"report {point.name!r} was not made: {in_words(fault)}")
     return made, failed

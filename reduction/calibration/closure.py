@@ -35,8 +35,7 @@ MOST_ERROR = 1.5  # of ln(amount): with more an element's amount is not told
 # beside the plot's.
 COOL_PARTS = np.geomspace(0.005, 0.6, 9)
 COOL_K, COOL_NE = 0.5, 0.3
-# What a response that had to be found in the same lines leaves of each ln(amount): set on half of the
-# measured minerals.
+# What a response that had to be found in the same lines leaves of each ln(amount), by measured minerals.
 UNKNOWN_RESPONSE = 0.8
 LEAST_SHOTS = 3  # whose scatter is an error
 DRAWS = 1_800
