@@ -117,7 +117,7 @@ def instrument_class(library: str, package: str, name: str) -> Any:
         there = import_module(inside if _is_there(inside) else module)
     except ImportError as fault:
         if not _is_there(first) and fault.name == module.partition(".")[0]:
-            fault = ImportError(name=first)  # a module of the library that is not installed
+            fault = ModuleNotFoundError(name=first)  # a module of the library that is not installed
         why = not_installed(fault) or f"{library} has no instruments of {module!r}: {fault}"
         raise OSError(why) from fault
     found = getattr(there, wanted, None)

@@ -16,6 +16,8 @@ from .types import BOOLEAN, INTEGER, NUMBER, TEXT, Type, number
 from .yaml_traps import COMMA
 
 HEADER = re.compile(r"(?P<name>.*?)\s*(?:\((?P<round>[^()]*)\)|\[(?P<square>[^\[\]]*)\])")
+KEY = "key"
+"""The column of a run's table that names the iteration of each row, as `3,1` in a grid."""
 BOOLEANS = {"true": True, "false": False}
 KINDS = ("text", "number", "integer", "boolean")
 
@@ -118,7 +120,7 @@ def _column(
             return Column(wanted, kind, place)
     cells = [row[place] for row in rows]
     kind = unit or _inferred(cells)
-    if kind == "text" and (comma := _decimal_comma(cells)):
+    if kind == "text" and name != KEY and (comma := _decimal_comma(cells)):
         raise TableFault(
             f"csv: {file}: {name} is {comma!r} in a row; numbers have a decimal point, and for "
             f"text say csv({file!r}, {name}='text')"

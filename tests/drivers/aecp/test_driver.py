@@ -16,6 +16,8 @@ from labrun.drivers.driver import ActionFailed, GoalContext
 from labrun.drivers.find import check_driver, find_driver
 from labrun.schemas.contracts import shipped_contracts
 
+pytestmark = pytest.mark.slow
+
 CHANNELS = 2000
 
 
@@ -48,7 +50,6 @@ def test_a_shot_is_fired_once_and_its_whole_spectrum_comes_home(aecp):
     assert last == {"shot_id": "shot-000001", "goal_id": "r/main/1"}
 
 
-@pytest.mark.slow
 def test_success_before_the_file_is_whole_is_waited_out(aecp):
     aecp.start(write_s=2.0)
 
@@ -78,7 +79,6 @@ def test_an_export_that_is_asked_for_again_is_not_made_again(aecp):
     assert first.data == second.data
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("plan", "error", "happened", "words", "shots"),
     [
@@ -239,7 +239,6 @@ def test_the_same_goal_is_never_sent_twice(aecp):
     assert aecp.shots() == 1
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("plan", "error", "words"),
     [
@@ -265,7 +264,6 @@ def test_an_export_that_is_not_whole_is_never_handed_over(aecp, plan, error, wor
     assert files == {}
 
 
-@pytest.mark.slow
 def test_a_spectrum_cut_at_the_end_of_a_line_lacks_channels(aecp):
     aecp.start()
 
@@ -295,7 +293,6 @@ def test_an_export_whose_answer_was_lost_is_found_in_the_folder(aecp):
     assert len(aecp.play(story).splitlines()) == CHANNELS + 1
 
 
-@pytest.mark.slow
 def test_an_export_that_came_after_it_was_given_up_is_taken_and_not_asked_for_again(aecp):
     aecp.start(write_s=4.0)
 
@@ -314,7 +311,6 @@ def test_an_export_that_came_after_it_was_given_up_is_taken_and_not_asked_for_ag
     assert len(list((aecp.folder / "exports").iterdir())) == 1
 
 
-@pytest.mark.slow
 def test_the_spectrum_of_another_shot_is_not_taken_for_this_one(aecp):
     aecp.start(plans={"export": ["ok", "same"]})
 
@@ -327,7 +323,6 @@ def test_the_spectrum_of_another_shot_is_not_taken_for_this_one(aecp):
     assert "wrote the spectrum of shot-000001 again" in aecp.play(story).message
 
 
-@pytest.mark.slow
 def test_a_shot_that_was_passed_over_is_not_filed_as_the_next_one(aecp):
     aecp.start(plans={"export": ["list"]})
 
@@ -346,7 +341,6 @@ def test_a_shot_that_was_passed_over_is_not_filed_as_the_next_one(aecp):
     assert len(list((aecp.folder / "mine" / "quarantine").rglob("*.csv"))) == 2
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("plan", ["stray", "stray_folder"])
 def test_what_does_not_bear_the_time_of_the_request_is_not_taken(aecp, plan):
     aecp.start(plans={"export": [plan]})
@@ -363,7 +357,6 @@ def test_what_does_not_bear_the_time_of_the_request_is_not_taken(aecp, plan):
     assert data == own.read_bytes()
 
 
-@pytest.mark.slow
 def test_after_three_spectra_lost_in_a_row_nothing_is_fired_until_somebody_has_looked(aecp):
     aecp.start(plans={"export": ["half"] * 3})
 
@@ -389,7 +382,6 @@ def test_names_in_which_the_server_types_one_time_into_another_are_read(aecp):
     assert times_in("2026_13_23_06_07_16 other_1") == []
 
 
-@pytest.mark.slow
 def test_a_clock_that_is_off_is_told_with_what_to_write(aecp):
     aecp.start(clock_s=-90)
 
@@ -463,7 +455,6 @@ def test_buttons_that_are_not_there_are_told(aecp, plan, words):
     assert words in failure.message
 
 
-@pytest.mark.slow
 def test_while_the_server_is_blocked_by_its_search_the_driver_waits(aecp):
     aecp.start(find_s=4.0)
 
@@ -489,7 +480,6 @@ def test_the_server_is_told_where_to_export(aecp):
     assert len(list(other.iterdir())) == 1
 
 
-@pytest.mark.slow
 def test_it_is_not_safe_while_the_server_is_silent(aecp):
     aecp.start()
 

@@ -12,6 +12,8 @@ from labrun.engine.run.virtual_time import VirtualLoop
 
 from .lamp import Story
 
+pytestmark = pytest.mark.slow
+
 LONG_S = 1000.0
 
 

@@ -10,6 +10,8 @@ from PIL import Image
 
 from labrun.drivers.window_program.buttons import read_buttons
 
+pytestmark = pytest.mark.slow
+
 MEASURE, EXPORT = "measure=30,40,120,40", "export=300,40,120,40"
 
 

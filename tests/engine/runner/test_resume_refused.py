@@ -1,8 +1,6 @@
 """A run that cannot resume reports why and what to do, and sends nothing."""
 
 import json
-import os
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -64,7 +62,7 @@ def stopped(tmp_path):
     servers = [process]
 
     def replace(change=None):
-        os.killpg(servers[-1].pid, signal.SIGKILL)
+        servers[-1].kill()
         servers[-1].communicate()
         if change is not None:
             port = int(url.rpartition(":")[2])

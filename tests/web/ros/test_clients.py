@@ -2,6 +2,8 @@
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 GLOW = {"do": "goal", "name": "/Lamp_9/glow", "type": "labrun_interfaces/action/LampGlow"}
 MOVE = {"do": "goal", "name": "/gantry/move_to", "type": "labrun_interfaces/action/GantryMoveTo"}
 
@@ -135,7 +137,6 @@ def test_rosapi_says_what_there_is(talk, endpoint):
         assert told["details"]["place"] == {"x": "float64", "value_class": "string"}
 
 
-@pytest.mark.slow
 def test_a_protocol_runs_as_an_action(talk, endpoint):
     step = {
         "do": "goal",

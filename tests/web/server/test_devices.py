@@ -9,6 +9,8 @@ import pytest
 
 from labrun.schemas.contracts import shipped_contracts
 
+pytestmark = pytest.mark.slow
+
 STAGE = """\
 name: small
 simulated: true
@@ -28,7 +30,6 @@ class Stage(SimGantry):
 """
 
 
-@pytest.mark.slow
 def test_a_device_tells_its_state_and_its_actions_as_forms(shared, page):
     page.reach("gantry", "libs")
     states = {state["name"]: state for state in page.get("/devices").json()}
@@ -91,7 +92,6 @@ def test_a_hazard_is_armed_held_and_done_once(shared, page):
     assert len(shared.truth("libs")) == shots + 1
 
 
-@pytest.mark.slow
 def test_a_file_that_an_action_gives_can_be_fetched(shared, page):
     page.reach("gantry", "libs")
     page.command("/devices/gantry/actions/move_to", {"params": {"x": 2, "y": 2, "z": 0}})
@@ -142,7 +142,6 @@ def is_free(client):
     return client.command("/devices/gantry/jog/step", step).status_code == 202
 
 
-@pytest.mark.slow
 def test_a_move_by_hand_is_held_and_let_go_on_while_another_move_is_refused(hand, wait_for):
     page = hand
     aim = 200 if page.get("/devices/gantry").json()["status"]["x"] < 100 else 0
@@ -158,7 +157,6 @@ def test_a_move_by_hand_is_held_and_let_go_on_while_another_move_is_refused(hand
     assert page.get(f"/goals/{moving['id']}").json()["result"]["x"] == pytest.approx(aim, abs=0.01)
 
 
-@pytest.mark.slow
 def test_a_hold_stops_by_itself_when_no_keep_alive_comes(unhurried, hand, wait_for):
     made, client, before = unhurried, hand, len(moves(unhurried))
     asked = {"axis": "x", "direction": 1, "feed_mm_min": 600}  # 10 mm/s, 20 mm a stretch
@@ -172,7 +170,6 @@ def test_a_hold_stops_by_itself_when_no_keep_alive_comes(unhurried, hand, wait_f
     assert travelled(made, before) < 19  # cut short: a stretch would be 20 mm
 
 
-@pytest.mark.slow
 def test_a_hold_goes_on_while_keep_alives_come(unhurried, hand, socket, wait_for):
     before = len(moves(unhurried))
     jog, stopped = held_for(unhurried, hand, socket, 3.2)
@@ -184,7 +181,6 @@ def test_a_hold_goes_on_while_keep_alives_come(unhurried, hand, socket, wait_for
     assert move["end"][1] - move["start"][1] > 20  # 10 mm/s for three seconds
 
 
-@pytest.mark.slow
 def test_where_a_device_has_no_jog_a_hold_goes_on_over_stretches(house, socket, wait_for):
     contract = shipped_contracts()["gantry@1"].model_dump(mode="json") | {"type": "stage@1"}
     contract["actions"] = {name: contract["actions"][name] for name in ("home", "move_to", "halt")}
@@ -261,7 +257,6 @@ def test_stop_all_needs_no_sign_in_and_breaks_off_what_moves(unhurried, hand, wa
     assert after.status_code == 202  # a person who acts again has decided to
 
 
-@pytest.mark.slow
 @pytest.mark.posix("Windows has no such signal")
 def test_stop_all_says_which_device_did_not_confirm(shared, page, socket):
     made, client = shared, page.reach("gantry", "libs")
@@ -303,7 +298,6 @@ def test_a_device_server_that_dies_is_told_as_lost_and_started_again(
     assert client.get("/devices/gantry").json()["reason"] == ""
 
 
-@pytest.mark.slow
 def test_a_device_of_a_run_is_not_for_hands(unhurried, hand, wait_for):
     made, client = unhurried, hand
     id = client.run_of("long.yaml", checklist=[])

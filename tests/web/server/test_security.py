@@ -14,6 +14,8 @@ from fastapi import Response
 from labrun.drivers.server import same_user, tokens
 from labrun.web.access.sessions import Sessions
 
+pytestmark = pytest.mark.slow
+
 SECRET = "correct-horse-battery"
 get, post = partial(httpx.get, timeout=500), partial(httpx.post, timeout=500)
 
@@ -128,7 +130,6 @@ def test_only_a_chosen_token_signs_browsers_out_when_it_changes(tmp_path):
     assert not knows("made-at-the-next-start", True, signed(None, False))
 
 
-@pytest.mark.slow
 def test_without_a_token_by_choice_whoever_asks_is_let_in(house):
     open_to_all = house(arguments=["--no-token"])
 
@@ -164,7 +165,6 @@ def test_every_answer_forbids_scripts_of_others(shared, page):
         assert answer.headers["x-content-type-options"] == "nosniff"
 
 
-@pytest.mark.slow
 def test_elsewhere_the_token_is_wanted(guarded):
     client = guarded.client()
     before = client.get("/session").json()
