@@ -79,12 +79,16 @@ export async function releaseControl(page: Page): Promise<void> {
   }
 }
 
-/** Order something, and again if the page says that a busy machine brought the click too late or not at all; until `done` shows. */
+/**
+ * Order something, and again if the page says that a busy machine brought the click too late or not at all, or that no answer came
+ * and it is still not done; until `done` shows.
+ */
 export async function ordered(page: Page, press: () => Promise<void>, done: Locator): Promise<void> {
-  const late = page.getByRole('alert').filter({ hasText: /after its deadline|Not sent/ })
+  const late = page.getByRole('alert').filter({ hasText: /after its deadline|not sent|no answer/i })
   do {
     await press()
     await done.or(late).first().waitFor()
+    await done.first().waitFor({ timeout: SHOWN_MS }).catch(() => undefined)
   } while (!(await done.first().isVisible()))
 }
 
@@ -99,7 +103,8 @@ export async function aborted(page: Page, done: Locator): Promise<void> {
 /** Let the paused run that the page shows go on. */
 export async function goOn(page: Page): Promise<void> {
   const goes = page.getByRole('button', { name: 'Pause', exact: true }).or(page.getByRole('region', { name: 'How it ended' }))
-  await ordered(page, () => page.getByRole('button', { name: 'Resume', exact: true }).click(), goes)
+  const resume = page.getByRole('button', { name: 'Resume', exact: true })
+  await ordered(page, () => resume.click({ timeout: SHOWN_MS }).catch(() => undefined), goes)
 }
 
 /** Wait until every device of the bench is online. */
