@@ -17,6 +17,7 @@ from ...system.files import remove
 from ..journal.encode import decode
 from ..journal.history import superseded
 from ..journal.journal import Records
+from ..language.column import KEY
 from ..language.expression import ExpressionError
 from ..language.moments import moment_text
 from ..language.value import Value
@@ -120,7 +121,7 @@ class Rows:
 
     def _write_header(self, units: dict[str, str]) -> None:
         names = [name + suffix(units.get(name)) for name in self.columns]
-        header = _csv_line(["key", *names, "fate"])
+        header = _csv_line([KEY, *names, "fate"])
         rows = ""
         if self._begun:  # a unit that the first rows, with nulls, did not show yet
             rows = self.path.read_text(encoding="utf-8").partition("\n")[2]

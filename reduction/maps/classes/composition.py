@@ -16,10 +16,8 @@ from .classify import LEAST_PART, Classes, Names, classify
 from .minerals import UNNAMED
 
 LEAST = 2  # elements: fewer tell no composition
-NATURAL, TRACES = (
-    0.12,
-    0.3,
-)  # part of an ideal concentration, and wt %, that natural minerals are off by
+# What natural minerals are off by: a part of an ideal concentration, and wt %.
+NATURAL, TRACES = 0.12, 0.3
 FITS, APART = 2.0, 4.0  # errors that each element may be off; in chi2, from the next mineral
 MINERALS = """
 spodumene LiAlSi2O6; petalite LiAlSi4O10; eucryptite LiAlSiO4; lepidolite KLi2AlSi4O10F2;
