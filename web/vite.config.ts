@@ -27,5 +27,6 @@ export default defineConfig({
     include: ['src/**/*.test.ts'],
     testTimeout: 20_000,
     restoreMocks: true,
+    isolate: false, // a window for each file costs four times the tests themselves
   },
 })

@@ -1,11 +1,17 @@
-import { effectScope } from 'vue'
-import { afterEach, expect, it, vi } from 'vitest'
+import { type EffectScope, effectScope } from 'vue'
+import { afterEach, beforeEach, expect, it, vi } from 'vitest'
 import { useStopKeys } from './stopKeys'
 
 const stop = vi.fn()
-const scope = effectScope()
-scope.run(() => useStopKeys(stop))
-afterEach(() => stop.mockClear())
+let frame: EffectScope
+beforeEach(() => {
+  frame = effectScope()
+  frame.run(() => useStopKeys(stop))
+})
+afterEach(() => {
+  frame.stop()
+  stop.mockClear()
+})
 
 function press(key: string, at: number, repeat = false): void {
   const event = new KeyboardEvent('keydown', { key, repeat })
@@ -34,7 +40,7 @@ it('slow presses, a held key and another key in between do not stop', () => {
 })
 
 it('stops listening when the frame is gone', () => {
-  scope.stop()
+  frame.stop()
   press('Escape', 20_000)
   press('Escape', 20_100)
 
