@@ -5,6 +5,7 @@ export default defineConfig({
   test: {
     include: ['journeys/**/*.test.ts'],
     environment: 'node',
+    tags: [{ name: 'soak', description: 'a sibling of one that CI walks, or walked for minutes: by hand, with .ci/soak' }],
     testTimeout: 300_000,
     hookTimeout: 300_000,
     // What a person would wait for; a machine that is busy shows it later, not otherwise.

@@ -198,7 +198,7 @@ def test_a_furnace_that_is_killed_in_the_night_is_held_no_longer_than_was_wanted
     assert all(845 < float(row["mean_°C"]) < 855 for row in rows)
 
 
-@pytest.mark.parametrize("trouble", ["leak", "ordered"])
+@pytest.mark.parametrize("trouble", [pytest.param("leak", marks=pytest.mark.soak), "ordered"])
 def test_what_is_watched_brings_the_furnace_down_in_order_and_tells(bench, trouble):
     more = (
         ", leak_after_s: 144000" if trouble == "leak" else ""
@@ -223,14 +223,11 @@ def test_what_is_watched_brings_the_furnace_down_in_order_and_tells(bench, troub
     assert len(bench.rows()) < 60
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(
     ("trouble", "reason"),
     [
-        pytest.param(
-            "leak_after_s: 7200",
-            "water on the floor: status.floor.wet (floor.wet is true)",
-            marks=pytest.mark.soak,
-        ),
+        ("leak_after_s: 7200", "water on the floor: status.floor.wet (floor.wet is true)"),
         (
             "breaks_after_s: 7200",
             "water on the floor: nobody knows whether status.floor.wet: nothing for 3",
@@ -249,6 +246,7 @@ def test_a_night_is_rehearsed_with_its_leak_and_with_a_sensor_that_falls_silent(
     assert totals.actions == {"furnace.ramp": 2, "furnace.off": 2}
 
 
+@pytest.mark.soak
 def test_a_raster_is_in_focus_at_every_point_though_the_sample_lies_askew(bench):
     assert bench.run("autofocus_raster.yaml") == 0, bench.told
     rows, looks = bench.rows(), bench.truth("microscope", "look")
@@ -265,6 +263,7 @@ def test_a_raster_is_in_focus_at_every_point_though_the_sample_lies_askew(bench)
         assert float(row["z_mm"]) == pytest.approx(true_mm, abs=0.02)
 
 
+@pytest.mark.soak
 def test_a_plate_recovers_the_calibration_and_the_samples_that_it_was_given(bench):
     assert bench.run("plate_96.yaml", "-p", "develop=1 s") == 0, bench.told
     (table,) = (path for path in bench.of_run.glob("data-*.csv"))

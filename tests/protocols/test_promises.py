@@ -56,7 +56,7 @@ def numbers(rows, column):
     return [float(row[column]) for row in rows]
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_calibrated_map_ends_in_weight_per_cent_and_keeps_its_calibration(tmp_path):
     ran = Ran(tmp_path, "calibrated_map.yaml", "-p", "pitch=1 mm", "-p", "every=4")
     rows, checks = ran.rows(), ran.rows("data-scan-1-then-check.csv")
@@ -79,7 +79,7 @@ def test_a_calibrated_map_ends_in_weight_per_cent_and_keeps_its_calibration(tmp_
     assert kept == (PROTOCOLS / "simulated.calibration").read_bytes()
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_multi_sample_maps_every_core_of_its_table(tmp_path):
     ran = Ran(tmp_path, "multi_sample.yaml")
     cores, points = ran.rows(), ran.rows("data-cores-scan-scan.csv")
@@ -100,7 +100,7 @@ def test_multi_sample_maps_every_core_of_its_table(tmp_path):
         assert (ran.folder / f"element_maps_{core['sample']}.png").stat().st_size > 10_000
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_refine_map_is_fine_where_there_is_lithium_and_only_there(tmp_path):
     ran = Ran(tmp_path, "refine_map.yaml")
     rows = ran.rows()
@@ -126,7 +126,7 @@ def is_quarter(row, cell):
     return float(cell["pitch_mm"]) == 2 * pitch and away == pytest.approx([pitch / 2] * 2)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.posix("SIGKILL")
 def test_adaptive_map_goes_on_after_a_kill_and_tells_every_shot_once(tmp_path):
     words = [sys.executable, "-m", "labrun.engine"]
@@ -236,7 +236,7 @@ def test_weigh_and_dispense_reaches_its_target_within_the_tolerance(tmp_path):
     assert ran.truth("pipette", "eject_tip")
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_wavelength_check_tells_the_offsets_that_the_simulated_detectors_were_given(tmp_path):
     ran = Ran(tmp_path, "wavelength_check.yaml")
     outputs = ran.outputs
@@ -253,7 +253,11 @@ def test_wavelength_check_tells_the_offsets_that_the_simulated_detectors_were_gi
     ("words", "sentence"),
     [
         (["tolerance=0.005 nm"], "The wavelengths are off: ultraviolet "),
-        (["x=2.6 mm"], "does not show Si I 288.16, Al I 396.15 and Li I 670.78 nm"),
+        pytest.param(
+            ["x=2.6 mm"],
+            "does not show Si I 288.16, Al I 396.15 and Li I 670.78 nm",
+            marks=pytest.mark.soak,
+        ),
     ],
 )
 def test_wavelength_check_fails_with_a_sentence(tmp_path, words, sentence):

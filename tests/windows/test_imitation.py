@@ -137,7 +137,7 @@ def test_a_file_that_a_virus_scanner_holds_is_replaced_when_it_lets_go(environme
     assert ran.stdout.strip() == "two three ['a', 'b']", ran.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_the_page_is_served_and_ends_on_ctrl_break(started, tmp_path):
     (tmp_path / "hello.yaml").write_bytes((PROTOCOLS / "hello.yaml").read_bytes())
     serving = started("labrun web at", "web", ".", "--no-browser", "--port", "0")
@@ -147,7 +147,7 @@ def test_the_page_is_served_and_ends_on_ctrl_break(started, tmp_path):
     assert status == 0, serving.stdout.read()
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_spectra_are_reduced_by_several_processes(labrun, tmp_path):
     folder = tmp_path / "Spektren ü"
     folder.mkdir()
@@ -167,6 +167,7 @@ def test_torture_says_what_windows_lacks(labrun):
     assert "torture needs SIGKILL" in said
 
 
+@pytest.mark.slow
 def test_a_run_succeeds_and_its_journal_is_that_of_other_systems(tmp_path, labrun):
     text = (PROTOCOLS / "hello.yaml").read_text(encoding="utf-8").replace("Hello", "Grüße → 日本,")
     (tmp_path / "hello.yaml").write_text(text, encoding="utf-8")

@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 TESTS = Path(__file__).parents[1]
-QUICK = ("engine/journal",)
-LONG = (
-    "engine/run", "engine/dispatch", "drivers/client", "drivers/server", "engine/commands",
-    "engine/control", "engine/runner", "drivers/balance", "drivers/bridges/test_scpi.py",
-    "drivers/messenger", "drivers/bridges/test_text.py", "drivers/bridges/test_modbus.py",
+FOLDERS = (
+    "engine/journal", "engine/run", "engine/dispatch", "drivers/client", "drivers/server",
+    "engine/commands", "engine/control", "engine/runner", "drivers/balance",
+    "drivers/bridges/test_scpi.py", "drivers/messenger", "drivers/bridges/test_text.py",
+    "drivers/bridges/test_modbus.py",
 )  # fmt: skip
 """Those of 10 to 45 s of a processor each."""
 
@@ -31,17 +31,9 @@ def under_the_rules(folder: str, place: Path) -> subprocess.CompletedProcess[str
     )  # fmt: skip
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("folder", QUICK)
-def test_a_folder_of_the_suite_holds_under_windows_rules(folder, tmp_path_factory):
-    ran = under_the_rules(folder, tmp_path_factory.mktemp("rules"))
-
-    assert ran.returncode == 0, ran.stdout[-5000:] + ran.stderr[-5000:]
-
-
 @pytest.mark.soak
-@pytest.mark.parametrize("folder", LONG)
-def test_a_long_folder_of_the_suite_holds_under_windows_rules(folder, tmp_path_factory):
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_a_folder_of_the_suite_holds_under_windows_rules(folder, tmp_path_factory):
     ran = under_the_rules(folder, tmp_path_factory.mktemp("rules"))
 
     assert ran.returncode == 0, ran.stdout[-5000:] + ran.stderr[-5000:]

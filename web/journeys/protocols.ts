@@ -325,7 +325,7 @@ finally:
     await context.close()
   })
 
-  it('takes the outline from a camera while the area is drawn, cuts off what is outside, and sees when the devices work', async () => {
+  it('takes the outline from a camera while the area is drawn, cuts off what is outside, and sees when the devices work', { tags: ['soak'] }, async () => {
     const { page, context, faults } = await aPerson(browser, bench.address, {}, { welcomed: true, name: 'Ada' })
     await ask(bench, '/protocols', { name: 'outlined.yaml', text: 'labrun: 1\nname: outlined\nsteps: []\n' })
     await page.goto('/devices/overview')
@@ -644,7 +644,7 @@ finally:
   })
 
   for (const theme of ['light', 'dark'] as const) {
-    it(`has nothing that axe finds, in ${theme}, wide and narrow`, async () => {
+    it(`has nothing that axe finds, in ${theme}, wide and narrow`, { tags: theme === 'dark' ? ['soak'] : [] }, async () => {
       const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, theme })
       await page.goto('/protocols')
       await page.getByRole('link', { name: 'pegmatite_map.yaml' }).waitFor()

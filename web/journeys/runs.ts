@@ -231,7 +231,7 @@ describe('a person and a live run', () => {
     await leave(person)
   })
 
-  it('tell what an action returned whose fate no device could tell', async () => {
+  it('tell what an action returned whose fate no device could tell', { tags: ['soak'] }, async () => {
     const folder = await mkdtemp(join(tmpdir(), 'labrun-journey-'))
     await writeFile(join(folder, 'lab.yaml'), [
       'name: unsure', 'summary: An analyser that nobody can ask', 'simulated: true', 'devices:', '  libs:', '    contract: libs_analyzer@1',
@@ -263,7 +263,7 @@ describe('a person and a live run', () => {
     await unsure.close()
   })
 
-  it('are two: what one does, both see, and only who has control may abort', async () => {
+  it('are two: what one does, both see, and only who has control may abort', { tags: ['soak'] }, async () => {
     const ada = await aPerson(browser, bench.entry, {}, ADA)
     await launchMap(ada.page, '4')
     const bo = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Bo' })

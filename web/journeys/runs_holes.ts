@@ -37,7 +37,7 @@ async function numbers(run: string): Promise<number[]> {
   return [told.total, told.measured, told.failed, told.left]
 }
 
-it('holes are offered with the map, chosen, and measured again', async () => {
+it('holes are offered with the map, chosen, and measured again', { tags: ['soak'] }, async () => {
   const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
   await reached(bench)
   const before = await shots()
@@ -97,7 +97,7 @@ it('holes are offered with the map, chosen, and measured again', async () => {
   await context.close()
 })
 
-it('a run of which no point succeeded is not resumed into the same failure', async () => {
+it('a run of which no point succeeded is not resumed into the same failure', { tags: ['soak'] }, async () => {
   const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
   await reached(bench)
   const before = await shots()
@@ -118,7 +118,7 @@ it('a run of which no point succeeded is not resumed into the same failure', asy
   await context.close()
 })
 
-it('STOP ALL makes no hole: it says who it was, shows one state, and the run is resumed to its end', async () => {
+it('STOP ALL makes no hole: it says who it was, shows one state, and the run is resumed to its end', { tags: ['soak'] }, async () => {
   const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
   await reached(bench)
   const before = await shots()
@@ -153,7 +153,7 @@ it('STOP ALL makes no hole: it says who it was, shows one state, and the run is 
   await context.close()
 })
 
-it('a live run gets more points, and nothing that was done is done again', async () => {
+it('a live run gets more points, and nothing that was done is done again', { tags: ['soak'] }, async () => {
   const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
   await reached(bench)
   await ask(bench, '/protocols', { name: 'more.yaml', text: SCAN.replace('span(0, 2 mm', 'span(0, 3 mm') }, now())

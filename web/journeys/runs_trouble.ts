@@ -25,7 +25,7 @@ beforeAll(async () => {
   await ask(bench, '/protocols', { name: 'trouble.yaml', text: SCAN }, now())
 }, 120_000)
 
-it('what went wrong is found in the outline and in the log, and the run is resumed with a changed protocol', async () => {
+it('what went wrong is found in the outline and in the log, and the run is resumed with a changed protocol', { tags: ['soak'] }, async () => {
   const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
   await reached(bench)
   await orderFault(bench, { device: 'libs', kind: 'error', action: 'measure', error: 'ButtonNotFound', count: 4 })
@@ -83,7 +83,7 @@ it('what went wrong is found in the outline and in the log, and the run is resum
   await context.close()
 })
 
-it('a run is started, paused and aborted by keyboard alone', async () => {
+it('a run is started, paused and aborted by keyboard alone', { tags: ['soak'] }, async () => {
   const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
   await page.goto('/runs?start=pegmatite_map.yaml')
   await page.getByText('1,071 points').waitFor()
@@ -114,7 +114,7 @@ it('a run is started, paused and aborted by keyboard alone', async () => {
   await context.close()
 })
 
-it('from the empty first start to a finished map, by keyboard alone', async () => {
+it('from the empty first start to a finished map, by keyboard alone', { tags: ['soak'] }, async () => {
   const { page, context, faults } = await aPerson(browser, bench.entry, {}, {})
   const press = async (name: RegExp, key = 'Enter'): Promise<void> => {
     await tabTo(page, name)

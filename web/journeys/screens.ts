@@ -9,14 +9,14 @@ const SCREENS = [
   '/runs', '/results', '/samples', '/compare', '/settings', '/nowhere',
 ]
 const LOOKS = [
-  { look: 'light', theme: 'light', viewport: WIDE, lab: false },
-  { look: 'dark-390', theme: 'dark', viewport: NARROW, lab: false },
-  { look: 'lab-1920', theme: 'dark', viewport: { width: 1920, height: 1080 }, lab: true },
+  { look: 'light', theme: 'light', viewport: WIDE, lab: false, tags: ['soak'] },
+  { look: 'dark-390', theme: 'dark', viewport: NARROW, lab: false, tags: [] },
+  { look: 'lab-1920', theme: 'dark', viewport: { width: 1920, height: 1080 }, lab: true, tags: ['soak'] },
 ]
 
 
-describe.each(LOOKS)('in $look', ({ look, theme, viewport, lab }) => {
-  it('every screen is accessible, fits and has one heading', async () => {
+describe.each(LOOKS)('in $look', ({ look, theme, viewport, lab, tags }) => {
+  it('every screen is accessible, fits and has one heading', { tags }, async () => {
     const { page, context, faults } = await aPerson(browser, bench.entry, { viewport }, { welcomed: true, theme, lab })
     const wrong: string[] = []
     for (const screen of SCREENS) {

@@ -240,7 +240,7 @@ describe('an offline spell', () => {
     await context.close()
   })
 
-  it('ends when another server is at the same address', async () => {
+  it('ends when another server is at the same address', { tags: ['soak'] }, async () => {
     const folder = await aGantryAlone()
     const first = await startBench({ args: ['--lab', 'lab.yaml'], cwd: folder })
     const { page, context } = await aPerson(browser, first.entry)

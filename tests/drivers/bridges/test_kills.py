@@ -103,7 +103,7 @@ def soak(*values):
         soak("scpi", SCPI, "line_peer.py", "pty", 2),
         soak("text", TEXT, "line_peer.py", "tcp", 3),
         soak("text", TEXT, "line_peer.py", "udp", 4),
-        ("modbus", MODBUS, "modbus_peer.py", "", 5),
+        soak("modbus", MODBUS, "modbus_peer.py", "", 5),
         soak("http", HTTP, "http_peer.py", "", 6),
     ],
 )

@@ -53,6 +53,7 @@ def test_shots_are_fired_and_exported_whatever_the_program_looks_like(gui, look,
     ]  # fmt: skip
 
 
+@pytest.mark.soak
 def test_boxes_that_are_ticked_already_stay_ticked(gui):
     gui.start(ticked=["separate_spectrum", "new_folder"])
 
@@ -66,6 +67,7 @@ def test_boxes_that_are_ticked_already_stay_ticked(gui):
     assert files[0].parent.name.startswith("shot-000001_")
 
 
+@pytest.mark.soak
 def test_a_file_that_grows_slowly_is_taken_when_it_is_whole(gui):
     gui.start(write_s=1.0)
 
@@ -75,6 +77,7 @@ def test_a_file_that_grows_slowly_is_taken_when_it_is_whole(gui):
     assert len(gui.play(story).splitlines()) == CHANNELS + 1
 
 
+@pytest.mark.soak
 def test_a_file_that_stays_half_is_not_handed_over_and_nothing_is_deleted(gui):
     analyser = gui.start(write_s=100.0)
 
@@ -88,7 +91,8 @@ def test_a_file_that_stays_half_is_not_handed_over_and_nothing_is_deleted(gui):
     assert len(analyser.entries()) == 1
 
 
-@pytest.mark.parametrize("delete", ["button", pytest.param("file", marks=pytest.mark.soak)])
+@pytest.mark.soak
+@pytest.mark.parametrize("delete", ["button", "file"])
 def test_what_was_exported_is_deleted_by_name_and_nothing_else(gui, delete):
     for name in ("shot_1", "shot_2"):
         (gui.folder / "program" / "cache" / name).mkdir(parents=True)
@@ -206,6 +210,7 @@ def test_nothing_is_clicked_where_somebody_has_moved_the_mouse_meanwhile(gui):
     assert (gui.play(story), analyser.shots()) == ("no", 1)
 
 
+@pytest.mark.soak
 def test_an_old_shot_that_was_not_exported_cannot_be_any_more(gui):
     gui.start()
 

@@ -45,7 +45,7 @@ def test_an_error_after_the_click_leaves_it_open_whether_it_fired(gui):
     assert analyser.shots() == 1
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_an_error_of_which_the_lab_says_that_it_fires_nothing_did_not_happen(gui, tmp_path):
     buttons = tmp_path / "buttons"
     shutil.copytree(gui.recorded(), buttons)
@@ -173,14 +173,14 @@ def test_a_program_that_is_busy_is_waited_for_and_not_clicked(gui):
     assert analyser.shots() == 0
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_program_drawn_far_larger_than_recorded_is_not_guessed_at(gui):
     gui.start(scale=2.6)
 
     assert gui.fails(lambda driver: driver.locate(GoalContext("l"))).name == "ButtonNotFound"
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_program_that_grows_between_two_shots_is_found_again(gui):
     gui.start(scale=0.9)
 
@@ -193,7 +193,7 @@ def test_a_program_that_grows_between_two_shots_is_found_again(gui):
     assert gui.play(story) == {"shot_id": "shot-000002"}
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_an_export_into_a_folder_that_the_program_does_not_have_is_told_and_left(gui):
     analyser = gui.start()
 
@@ -253,7 +253,7 @@ def test_a_picture_that_a_message_names_outlives_the_call(gui, tmp_path):
     assert Path(picture).is_file()
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_an_export_folder_without_room_is_told_before_anything_is_clicked(gui, monkeypatch):
     from labrun.drivers.analyser import folder
 

@@ -63,9 +63,8 @@ def test_a_program_that_exports_its_list_is_exported_from_point_after_point(gui)
     assert len(analyser.entries()) == 2
 
 
-@pytest.mark.parametrize(
-    "stray", ["other_1.csv", pytest.param("sample7/sample7_1.csv", marks=pytest.mark.soak)]
-)
+@pytest.mark.soak
+@pytest.mark.parametrize("stray", ["other_1.csv", "sample7/sample7_1.csv"])
 def test_a_strangers_file_is_left_alone_and_the_own_one_waited_for(gui, stray):
     analyser = gui.start(stray=stray, late_s=8.0)
 
@@ -93,6 +92,7 @@ def test_a_strangers_file_alone_is_not_taken_and_nothing_is_deleted(gui):
     assert len(analyser.entries()) == 1
 
 
+@pytest.mark.soak
 def test_the_only_file_of_a_program_with_two_unknown_entries_is_set_aside(gui):
     gui.start(keep=True)  # whatever is measured, the oldest shot stays selected
 
@@ -133,6 +133,7 @@ def save_picture(path, picture):
     (path.parent / "buttons.yaml").write_text(before + "  delete_yes:" + rest[2])
 
 
+@pytest.mark.soak
 def test_the_confirmation_that_sync_opens_is_confirmed(gui):
     gui.start(sync_asks=True)
 
@@ -144,6 +145,7 @@ def test_the_confirmation_that_sync_opens_is_confirmed(gui):
     assert len((gui.folder / "program" / "synced.log").read_text().splitlines()) == 1
 
 
+@pytest.mark.soak
 def test_a_dialog_of_its_own_that_comes_late_does_not_stay_open(gui):
     analyser = gui.start(dialog_s=6.0)
 

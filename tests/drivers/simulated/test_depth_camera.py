@@ -89,7 +89,7 @@ def test_a_calibration_holds_no_more_when_the_gantry_has_moved(tmp_path):
     assert "moved by 1.00 mm" in failure.message
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_calibration_outlives_its_server(tmp_path):
     played(camera(tmp_path), calibrated)
 
@@ -117,7 +117,7 @@ def test_a_place_of_known_height_is_found_within_the_uncertainty_that_is_told(tm
     assert point["uncertainty"] < 2
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_without_a_height_the_two_eyes_tell_it(tmp_path):
     async def story(twin):
         await calibrated(twin)
@@ -180,7 +180,7 @@ def test_the_same_goal_sees_the_same_picture_and_another_one_other_noise(tmp_pat
     assert first == again != other
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.parametrize(
     ("trouble", "error"),
     [
@@ -199,7 +199,7 @@ def test_a_board_that_is_seen_badly_calibrates_nothing(tmp_path, trouble, error)
     assert twin.calibration is None
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.parametrize("error", ["BoardNotFound", "BoardMirrored", "PoorFit", "CameraLost"])
 def test_an_error_that_is_ordered_is_the_one_that_comes(tmp_path, error):
     for number in range(2):
@@ -227,7 +227,7 @@ def test_squares_of_another_size_than_is_said_are_found_out(tmp_path):
     assert "size of its squares" in failure.message
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_points_need_a_calibration_a_pixel_in_the_picture_and_two_open_eyes(tmp_path):
     async def uncalibrated(twin):
         await twin.locate_point(GoalContext("p1"), u=1, v=1)

@@ -20,6 +20,7 @@ def program(gui, look: str = "grey") -> Program:
     return Program(read_buttons(gui.recorded(look)), "Profile Builder")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("look", "scale"),
     [

@@ -13,12 +13,10 @@ pytestmark = pytest.mark.slow
 @pytest.mark.parametrize(
     "vice",
     [
-        "steps of 20",
-        "roll-off",
-        "cut at zero",
-        "blaze",
-        pytest.param("smoothed", marks=pytest.mark.soak),
-        pytest.param("spikes", marks=pytest.mark.soak),
+        *(
+            pytest.param(one, marks=pytest.mark.soak)
+            for one in ("steps of 20", "roll-off", "cut at zero", "blaze", "smoothed", "spikes")
+        ),
         "handheld",
     ],
 )

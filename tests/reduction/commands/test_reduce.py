@@ -47,7 +47,7 @@ def test_a_folder_is_reduced_into_tables_beside_it(spectra, tmp_path):
     assert [path.name for path in out.iterdir() if path.name.startswith(".")] == []
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_run_is_reduced_again_with_other_elements(spectra, tmp_path):
     run = tmp_path / "2026-11-21_map_7f3a"
     run.mkdir()
@@ -62,7 +62,7 @@ def test_a_run_is_reduced_again_with_other_elements(spectra, tmp_path):
     assert not (run / "reduced" / "overview.png").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_single_file_in_angstrom_is_reduced(spectra, shots):
     lines = shots[0].decode().splitlines()[1:]
     pairs = (line.split(",") for line in lines)
@@ -122,7 +122,7 @@ def in_dialect(shot: bytes, form: str) -> bytes:
     return "".join(form.format(x, y) for x, y in pairs).encode()
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_folder_of_many_programs_loses_none_and_says_what_it_noticed(spectra, shots, tmp_path):
     folder = tmp_path / "many programs, one folder"
     folder.mkdir()
@@ -168,7 +168,7 @@ def test_a_folder_without_spectra_is_told_with_what_is_in_it(tmp_path, labrun):
     assert "none of its 12 files may be one" in images.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_columns_may_be_said_where_none_fits(shots, tmp_path):
     path = tmp_path / "odd.csv"
     path.write_bytes(b"a,b,c\n" + in_dialect(shots[0], "7,{},{}\n"))
@@ -239,7 +239,10 @@ def group_is_gone(pid: int) -> bool:
 @posix
 @pytest.mark.parametrize(
     ("number", "status", "words"),
-    [("SIGINT", 130, "stopped after"), ("SIGTERM", 143, "terminated; no table was changed")],
+    [
+        ("SIGINT", 130, "stopped after"),
+        pytest.param("SIGTERM", 143, "terminated; no table was changed", marks=pytest.mark.soak),
+    ],
 )
 def test_ctrl_c_and_sigterm_end_it_with_a_sentence_and_without_orphans(
     many, tmp_path, number, status, words
@@ -292,7 +295,7 @@ def test_a_watch_takes_what_comes_and_ctrl_c_ends_it_with_its_tables(tmp_path, s
     assert group_is_gone(run.pid)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_watch_ends_when_nothing_comes_any_more(spectra, tmp_path):
     done = reduce(spectra, "-o", tmp_path / "out", "--watch", "--until-idle", "1", "--no-figures")
 
@@ -300,7 +303,7 @@ def test_a_watch_ends_when_nothing_comes_any_more(spectra, tmp_path):
     assert len(rows(tmp_path / "out" / "files.csv")) == 6
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @posix
 def test_in_a_terminal_there_is_a_bar(spectra, tmp_path):
     import pty

@@ -14,7 +14,7 @@ from labrun.reduction.maps.points.gather import gather
 from labrun.reduction.maps.points.lithium import lithium_ratios
 
 # One process makes what all of them look at.
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.soak
 
 
 TELLING = ("Li", "H", "K", "Na", "Si")

@@ -129,7 +129,7 @@ def test_a_point_is_measured_as_the_papers_tree_does_it(talk, paper):
     assert all(area >= 0 for area in found.values())
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_samples_are_detected_as_the_papers_newer_tree_asks_and_keep_their_ids(roslibpy, tmp_path):
     (tmp_path / "lab.yaml").write_text(CAMERA)
     served = serve(tmp_path, "--no-token", lab=tmp_path / "lab.yaml")
@@ -277,6 +277,7 @@ def test_the_papers_page_starts_and_stops_a_map_by_its_own_words(roslib1, paper)
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_while_a_map_is_being_stopped_it_is_not_said_to_be_launched(roslib1, paper):
     _, kill, during = roslib1(
         paper.url,

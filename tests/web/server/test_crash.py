@@ -65,7 +65,7 @@ def test_a_run_goes_on_when_the_server_is_killed_and_is_found_again_with_its_que
     assert [round(x) for x in truth] == [20 * i + 20 for i in range(8)]  # each once, in order
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_an_orderly_end_leaves_a_live_run_and_its_devices_alone(made, wait_for):
     client, id = begun(made)
     wait_for(lambda: client.run(id)["open_questions"], "a question")

@@ -2,10 +2,11 @@
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 GOOD = "labrun: 1\nname: mine\ndevices: {gantry: gantry@1}\nsteps: [{do: gantry.home, timeout: 1 min}]\n"
 
 
-@pytest.mark.slow
 def test_the_list_tells_what_the_checker_and_the_runs_say(house, wait_for):
     broken = GOOD.replace("gantry.home", "gantry.hmoe")
     made = house(protocols={"good.yaml": GOOD, "sub/broken.yaml": broken, "lab2.yaml": "name: x\n"})
@@ -79,7 +80,6 @@ def test_a_protocol_is_thrown_away_and_taken_back(shared, page):
     assert page.get("/trash").json() == []
 
 
-@pytest.mark.slow
 def test_new_protocols_come_from_templates_texts_others_and_runs(shared, page):
     page.reach("gantry", "libs")
     id = page.run_of("grid.yaml")

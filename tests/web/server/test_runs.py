@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 AGENT = "import asyncio; from pathlib import Path; from labrun.web.agents.tools import Tools; "
 LASER_LIST = ["enclosure closed", "nobody in the beam path", "sample fixed"]
 
@@ -75,7 +77,6 @@ def test_the_log_comes_in_windows(page, finished):
     assert len(libs["lines"]) == 6 and all(line["device"] == "libs" for line in libs["lines"])
 
 
-@pytest.mark.slow
 def test_a_question_is_answered_from_the_page(shared, page, wait_for):
     page.reach("gantry")
     id = page.run_of("talk.yaml", checklist=[])
@@ -91,7 +92,6 @@ def test_a_question_is_answered_from_the_page(shared, page, wait_for):
     assert run["nodes"]["main/ready"]["message"] == "yes (Ada)"
 
 
-@pytest.mark.slow
 def test_pausing_needs_no_control_and_going_on_does(unhurried, hand, wait_for):
     client, other = hand, unhurried.client()
     id = client.run_of("long.yaml", checklist=[])
@@ -111,7 +111,6 @@ def test_pausing_needs_no_control_and_going_on_does(unhurried, hand, wait_for):
     assert "pause by Bo Ø. (the page)" in client.get(f"/runs/{id}/log").text
 
 
-@pytest.mark.slow
 def test_a_run_pauses_after_the_point_that_is_under_way(hand, wait_for):
     client = hand
     id = client.run_of("long.yaml", checklist=[])
@@ -125,7 +124,6 @@ def test_a_run_pauses_after_the_point_that_is_under_way(hand, wait_for):
     assert 0 < run["done"] < 12 and not run["pausing"]
 
 
-@pytest.mark.slow
 def test_an_aborted_run_goes_on_where_it_was(hand, wait_for):
     client = hand
     id = client.run_of("long.yaml", checklist=[])
@@ -142,7 +140,6 @@ def test_an_aborted_run_goes_on_where_it_was(hand, wait_for):
     assert run["resumes"] == 1 and run["done"] == 12 > done
 
 
-@pytest.mark.slow
 def test_a_run_goes_on_with_a_changed_protocol_and_the_difference_is_told_before(hand, wait_for):
     client = hand
     client.post("/protocols", json={"name": "changed.yaml", "copy_of": "long.yaml"})
@@ -195,7 +192,6 @@ def test_runs_that_are_not_there_or_not_live_say_so(page, finished):
     assert all(answer.json()["message"] for answer in told)
 
 
-@pytest.mark.slow
 def test_a_program_starts_what_was_ticked_and_read_on_the_page_and_nothing_written_since(
     shared, page
 ):

@@ -10,7 +10,7 @@ from labrun.drivers.cameras.vision.rig import rectification
 from labrun.drivers.cameras.vision.view import StereoView
 
 # The suite tests `labrun calibrate-camera`.
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.soak
 LENS = Lens(640, 360, 532.5, (326.0, 174.0), (-0.08, 0.03, 0.001, -0.0007, 0.0))
 RIGHT = Lens(640, 360, 535.0, (316.0, 182.0), (-0.07, 0.02, 0.0004, 0.0006, 0.0))
 TRUTH, BOARD = Chessboard(), Board(9, 6, 25)

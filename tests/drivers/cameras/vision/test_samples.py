@@ -11,6 +11,8 @@ from labrun.drivers.cameras.vision.intrinsics import Intrinsics
 from labrun.drivers.cameras.vision.measure import calibrate, outlines
 from labrun.drivers.cameras.vision.view import DepthView
 
+pytestmark = pytest.mark.slow
+
 LENS = Lens(960, 540, 798.0, (479.5, 269.5))
 EYE = Intrinsics(LENS.width, LENS.height, LENS.matrix(), np.array(LENS.distortion))
 TRUTH, BOARD = Chessboard(), Board(9, 6, 25, 100, 300)
@@ -74,7 +76,6 @@ def box(sample):
     return sample["left"], sample["front"], sample["right"], sample["back"]
 
 
-@pytest.mark.slow
 def test_a_bare_bench_with_a_board_and_a_shadow_holds_no_sample():
     bench = Bench()
     bench.shadow((20, 120, 200, 100))
@@ -122,7 +123,6 @@ def test_a_stone_of_the_bench_s_own_grey_is_found_by_its_height():
     assert sample["area"] == pytest.approx(2000, rel=0.15)
 
 
-@pytest.mark.slow
 def test_the_largest_comes_first_and_the_small_are_left_out():
     bench = Bench()
     bench.slab(ROCK)
@@ -134,7 +134,6 @@ def test_the_largest_comes_first_and_the_small_are_left_out():
     assert [round(s["height"]) for s in bench.found(flat=False)] == [15]
 
 
-@pytest.mark.slow
 def test_a_board_that_was_taken_away_hides_nothing():
     bench = Bench()
     view_with_board = bench.found()

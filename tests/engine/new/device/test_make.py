@@ -93,6 +93,7 @@ def test_its_whole_test_passes_for_every_contract(tmp_path, contract):
     assert done.returncode == 0, done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.posix("Windows ends a process without asking it")
 def test_it_serves_and_answers_at_once(tmp_path):
     new(tmp_path, "hot_plate")
@@ -113,6 +114,7 @@ def test_it_serves_and_answers_at_once(tmp_path):
     assert called.returncode == 0 and '"level": 40' in called.stdout
 
 
+@pytest.mark.slow
 def test_a_driver_whose_instrument_is_not_there_says_so(tmp_path):
     new(tmp_path, "hot_plate")
     lab = tmp_path / "lab.yaml"
