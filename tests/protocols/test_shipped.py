@@ -136,7 +136,7 @@ def test_the_example_of_the_design_runs_when_its_question_is_answered(tmp_path):
     assert len(read_rows(only_run(tmp_path))) == 18
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_the_maps_show_the_grains_that_the_simulated_core_was_given(tmp_path):
     ran = labrun(tmp_path, "run", str(PEGMATITE), "-p", "pitch=0.5 mm")
 

@@ -53,14 +53,14 @@ def alone(spectra):
     return [digest(reduce_spectrum(read_spectrum(path))) for path in spectra]
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_again_and_in_another_order(spectra, alone):
     again = [digest(reduce_spectrum(read_spectrum(path))) for path in reversed(spectra)]
 
     assert again[::-1] == alone
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_in_four_threads_at_once(spectra, alone):
     many = spectra * 4
     with ThreadPoolExecutor(4) as threads:
@@ -70,7 +70,7 @@ def test_in_four_threads_at_once(spectra, alone):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("threads", ["1", "3"])
+@pytest.mark.parametrize("threads", ["1", pytest.param("3", marks=pytest.mark.soak)])
 def test_in_another_process_with_other_numbers_of_threads(spectra, alone, threads):
     program = (
         "import sys; sys.path[:0] = sys.argv[1].split('|')\n"

@@ -65,7 +65,7 @@ def test_a_pixel_is_placed_by_its_depth_and_by_its_height(lab):
     assert "19 times out of 20" in by_height.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_the_board_may_lie_elsewhere_and_be_told_on_the_command_line(lab):
     u, v = LENS.pixels(PLACE.seen(np.array([40.0, -30.0, 0.0])))
     pixel = f"{u:.2f},{v:.2f}"

@@ -138,7 +138,7 @@ def rewrite(journal, change):
     journal.write_text("".join(lines))
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_journal_of_a_newer_labrun_is_refused(stopped):
     run, _ = stopped
     rewrite(run / "journal.jsonl", lambda r: {**r, "format": 99} if r["kind"] == "started" else r)
@@ -149,7 +149,7 @@ def test_a_journal_of_a_newer_labrun_is_refused(stopped):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("hours", [-5, 5])
+@pytest.mark.parametrize("hours", [-5, pytest.param(5, marks=pytest.mark.soak)])
 def test_a_clock_that_jumped_loses_nothing_and_tells_nothing_of_a_device(stopped, hours):
     from datetime import datetime, timedelta
 

@@ -117,7 +117,7 @@ def test_a_cluster_writes_the_same_bytes_as_this_machine(spectra, tmp_path, addr
     assert tables_of(tmp_path / "there") == tables_of(tmp_path / "here")
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_worker_that_dies_costs_nothing_but_time(many, tmp_path, address, scheduler, processes):
     from labrun.reduction.batch.cluster import Cluster
 
@@ -175,7 +175,7 @@ def test_a_scheduler_that_dies_ends_the_batch_with_a_sentence(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_scheduler_that_dies_before_it_hands_over_a_result_ends_the_batch_with_a_sentence(
     address, scheduler
 ):

@@ -83,7 +83,7 @@ def test_every_file_has_one_row_with_its_reason_and_csv_and_parquet_say_the_same
                 assert same or float(cell[column.name]) == value
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_only_the_elements_asked_for_get_a_row(spectra, tmp_path):
     reduce_into(tmp_path / "out", spectra, 2, Settings(elements=("Li", "Cs", "K")))
 
@@ -115,7 +115,7 @@ def test_the_summary_tells_inputs_versions_configuration_and_times(mixed, tmp_pa
     assert told["timings"]["seconds"] > 0
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_an_earlier_reduction_is_replaced_and_nothing_else_is_touched(spectra, tmp_path):
     out = tmp_path / "out"
     reduce_into(out, spectra, 1)

@@ -33,7 +33,7 @@ def test_every_compiled_loop_lies_where_changes_are_looked_for():
     assert with_loops <= set(PACKAGE.glob("*/*.py"))
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_compiling_leaves_nothing_in_the_package(tmp_path):
     program = (
         "import numpy as np\n"
