@@ -114,6 +114,8 @@ class Execution:
             return self._answered(result, arguments)
         except ActionFailed as failure:
             happened = failure.happened or self.action.happened(failure.name)
+            if happened == "unknown" and failure.__cause__ is not None:
+                LOG.warning("%s: %s", arguments.place, failure, exc_info=failure)
             return _aborted(failure.name, failure.message, happened)
         except ActionCanceled:
             return Ending("CANCELED")

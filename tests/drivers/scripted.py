@@ -155,7 +155,7 @@ class Scripted(Driver):
     async def fail(
         self, goal: GoalContext, *, error: str = "Jammed", happened: Any = None
     ) -> dict[str, Any]:
-        raise ActionFailed(error, "the drawer is stuck", happened)
+        raise ActionFailed(error, "the drawer is stuck", happened) from LookupError("no rail 7")
 
     async def crash(self, goal: GoalContext) -> dict[str, Any]:
         raise ZeroDivisionError("division by zero")

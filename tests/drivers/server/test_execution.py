@@ -31,6 +31,13 @@ def test_an_error_that_the_contract_does_not_declare_is_passed_on_and_unknown(be
     assert (error.name, error.happened) == ("Meltdown", "unknown")
 
 
+@pytest.mark.parametrize("happened", ["no", "yes", "unknown"])
+def test_what_made_an_error_unknown_is_in_the_log(bench, happened, caplog):
+    follow(bench, "fail", happened=happened)
+
+    assert ("LookupError: no rail 7" in caplog.text) == (happened == "unknown")
+
+
 def test_a_driver_that_raises_is_a_fault_and_nobody_knows(bench):
     outcome = follow(bench, "crash")
 
