@@ -87,37 +87,6 @@ Beside it, lift.yaml:
     devices: {stage: gantry@1}
     steps:
       - {do: stage.move_to, with: {z: "${{ params.height }}"}}
-
-W409. Only the protocol that was started decides what happens before a run is resumed; the
-`on_resume` of a protocol that it uses does not run.
-
-Passes:
-
-    devices: {gantry: gantry@1}
-    steps:
-      - use: ./scan.yaml
-    on_resume:
-      - do: gantry.home
-
-Fails:
-
-    devices: {gantry: gantry@1}
-    steps:
-      - use: ./homed.yaml
-
-Beside it, scan.yaml:
-
-    devices: {gantry: gantry@1}
-    steps:
-      - {do: gantry.move_to, with: {x: 10 mm}}
-
-Beside it, homed.yaml:
-
-    devices: {gantry: gantry@1}
-    steps:
-      - {do: gantry.move_to, with: {x: 10 mm}}
-    on_resume:
-      - do: gantry.home
 """
 
 from collections.abc import Iterator
@@ -141,7 +110,6 @@ CODES = {
     "E231": "a parameter that a used protocol does not have",
     "E232": "a parameter of a used protocol that has no value",
     "E233": "a value that does not fit the parameter of a used protocol",
-    "W409": "`on_resume` of a used protocol, which does not run",
 }
 
 
@@ -151,10 +119,6 @@ def check(context: Context) -> Iterator[Problem]:
     for place, used in context.survey.used.items():
         yield from _roles(context, place, used)
         yield from _params(context, place, used, arguments[place])
-        if used.protocol.on_resume:
-            message = f"the on_resume of {used.step.use} does not run when it is used"
-            hint = "put what has to happen before a run is resumed into this protocol's `on_resume`"
-            yield context.source.problem((*place, "use"), "W409", message, hint, severity="warning")
 
 
 def _roles(context: Context, place: Place, used: Used) -> Iterator[Problem]:

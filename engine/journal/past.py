@@ -78,6 +78,11 @@ class Past:
         tries = reversed(self.goals.get(path, {}).values())
         return next((past for past in tries if past.succeeded), None)
 
+    def has_begun(self, path: str) -> bool:
+        """True if anything under this path was begun."""
+        tables = (self.goals, self.iterations, self.steps, self.computed, self.answers)
+        return any(known.startswith(f"{path}/") for table in tables for known in table)
+
     def knows_nothing_of(self, path: str) -> bool:
         """True if a comparison finds nothing to compare under this path."""
         if self.comparing and not self._visited:

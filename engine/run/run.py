@@ -22,6 +22,7 @@ from ..language.own_functions import OwnFunction
 from .clock import RunClock
 from .finals import DueFinals
 from .function_calls import call
+from .open_uses import OpenUse
 from .questions import Question, Questions
 from .requests import Requests
 from .strands import Strands
@@ -70,6 +71,8 @@ class Run:
     """Who is told what happens, and of what."""
     requests: Requests = field(default_factory=Requests)
     finals: DueFinals = field(default_factory=DueFinals)
+    open_uses: dict[str, OpenUse] = field(default_factory=dict)
+    """Used protocols with an `on_resume` that are under way, by path, in the order of entering."""
     left_undone: dict[str, str] = field(default_factory=dict)
     """Steps of a `finally` that have failed with `on_error: continue`: path -> what happened."""
     strands: Strands = field(default_factory=Strands)

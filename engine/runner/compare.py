@@ -88,7 +88,7 @@ async def _compare(
     assert checked.protocol is not None and checked.lab is not None
     history = read_history(records, comparing=True)
     assert history.started is not None
-    journal = _Unwritten(folder / "journal.jsonl", sync=False)
+    journal = Unwritten(folder / "journal.jsonl", sync=False)
     clock = RunClock.virtual(asyncio.get_running_loop().time)
     about = {
         "id": history.started.run, "name": checked.protocol.name, "simulated": checked.lab.lab.simulated,
@@ -114,7 +114,7 @@ async def _compare(
     return dispatcher.found(finished)
 
 
-class _Unwritten(Journal):
+class Unwritten(Journal):
     """A journal that keeps nothing: a comparison leaves no trace."""
 
     def append(self, record: R) -> R:

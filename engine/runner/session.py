@@ -21,6 +21,7 @@ from ..language.moments import moment_text
 from ..language.value import value_of
 from ..run.files import NoRoom
 from ..run.frame import Frame, Scope
+from ..run.open_uses import OpenUse
 from ..run.rows import restore_rows
 from ..run.run import Run
 from ..tree.compile import TreeCompiler
@@ -34,6 +35,7 @@ from .safe_state import (
     to_safe_state,
     touched_since,
 )
+from .uses_under_way import uses_under_way
 
 LINKS_S = 1.0
 """Within this time every link to a restarted server has reconnected."""
@@ -181,23 +183,37 @@ class RunSession:
         return bool(lost)
 
     async def _on_resume(self, number: int) -> Ending | None:
-        """Run `on_resume`, from its beginning again after a stop; returns an ending if it did not succeed."""
-        steps = self.protocol.on_resume
-        while steps:
+        """Run every `on_resume` that is due, from the beginning again after a stop.
+
+        After the protocol's own come those of the used protocols in which the run was, the outermost
+        first. Returns an ending if one did not succeed.
+        """
+        uses = await uses_under_way(self.run, self.protocol, self.survey, self._told)
+        while self.protocol.on_resume or uses:
             phase = f"resume:{number}"
             self._begin(phase)
-            root = self.compiler.sequence(steps, Scope(Frame.phase(phase, self.names)))
-            ended = await run_tree(
-                root, self.run, self.dispatcher, self.control, abortable=True, watchful=True
-            )
-            if ended == "succeeded":
+            for root in self._resumptions(phase, uses):
+                ended = await run_tree(
+                    root, self.run, self.dispatcher, self.control, abortable=True, watchful=True
+                )
+                if ended == "state lost":
+                    break
+                if ended != "succeeded":
+                    return self._ending(ended, phase, failure_of(root))
+            else:
                 return None
-            if ended != "state lost":
-                return self._ending(ended, phase, failure_of(root))
             await self._see_what_is_lost()
             self.dispatcher.look_anew()
             number = self.run.history.resumes + 1
         return None
+
+    def _resumptions(self, phase: str, uses: Iterable[OpenUse]) -> Iterator[Behaviour]:
+        if self.protocol.on_resume:
+            scope = Scope(Frame.phase(phase, self.names))
+            yield self.compiler.sequence(self.protocol.on_resume, scope)
+        for use in uses:
+            scope = Scope(Frame.phase(f"{phase}/{use.path}", use.names))
+            yield use.build(self.compiler, scope)
 
     def _ending(self, ended: str, phase: str, failure: Failure | None = None) -> Ending:
         if ended == "aborted":

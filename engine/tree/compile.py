@@ -406,6 +406,7 @@ class TreeCompiler:
             outputs={name: value_of(raw) for name, raw in protocol.outputs.items()},
             tables=used.survey.tables,
             last=last,
+            on_resume=partial(_on_resume, used.survey, within) if protocol.on_resume else None,
         )
         return Use(self.run, place.scope, inner, plan, other.sequence(protocol.steps, inner))
 
@@ -452,6 +453,15 @@ class TreeCompiler:
 
     def _fail(self, step: p.Fail, place: Place) -> Behaviour:
         return Fail(place.path, self.run, place.scope, value_of(step.fail))
+
+
+def _on_resume(survey: Survey, within: str, compiler: TreeCompiler, scope: Scope) -> Behaviour:
+    """The `on_resume` of a used protocol, which the protocol that is run takes up."""
+    own = TreeCompiler(
+        compiler.run, compiler.dispatcher, survey, compiler.folder, compiler.tables,
+        f"{within}on_resume/", takes_first=False, made=compiler.made,
+    )  # fmt: skip
+    return own.sequence(survey.protocol.on_resume, scope)
 
 
 def _behind(timeout: p.Duration) -> float:

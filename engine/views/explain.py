@@ -162,6 +162,9 @@ class Explanation:
             other = view.used(step, place)
             if other is not None:
                 self.sequence(other, other.protocol.steps, ("steps",), depth)
+                if other.protocol.on_resume:
+                    steps = count_of(len(other.protocol.on_resume), "step")
+                    self._say(depth, f"if a run is resumed in it, its on_resume first: {steps}")
                 if other.protocol.finally_:
                     self._say(depth - 1, "finally of " + other.protocol.name, "")
                     self.sequence(other, other.protocol.finally_, ("finally",), depth)

@@ -13,6 +13,7 @@ from ...language.value import Value
 from ...params.params import ParamFault, given_value, take
 from ...run.finals import Final
 from ...run.frame import Scope
+from ...run.open_uses import OpenUse
 from ...run.run import Run
 from .failure import Failure
 from .finally_of_use import begin_finally, finals_before
@@ -31,6 +32,8 @@ class UsePlan:
     """The function `csv` of the other protocol, whose files are beside it."""
     last: Callable[[Scope], Behaviour] | None
     """Builds the tree of its `finally`."""
+    on_resume: Callable[[Any, Scope], Behaviour] | None
+    """Builds the tree of its `on_resume`, with the compiler of the protocol that is run."""
 
 
 class Use(Parent):
@@ -48,6 +51,7 @@ class Use(Parent):
         super().__init__(plan.segment, run, [body] if self.last is None else [body, self.last])
         self.outer, self.inner, self.plan, self.body = outer, inner, plan, body
         self.over = False
+        self.entered = ""
 
     @property
     def path(self) -> str:
@@ -69,6 +73,12 @@ class Use(Parent):
             before = finals_before(self.run, self.path, replaying=self.replaying)
             final = Final(self.plan.last, names, self.inner.frame, before)
             self.run.finals.enter(self.path, final)
+        if self.plan.on_resume is not None:
+            self.entered = self.path
+            self.run.open_uses[self.path] = OpenUse(self.path, names, self.plan.on_resume)
+
+    def terminate(self, new_status: Status) -> None:
+        self.run.open_uses.pop(self.entered, None)
 
     def _params(self) -> Iterator[tuple[str, Any]]:
         names = self.run.names(self.outer.frame.names, f"{self.path}/with")
@@ -96,6 +106,7 @@ class Use(Parent):
 
     def _body_over(self) -> None:
         self.over = True
+        self.run.open_uses.pop(self.entered, None)
         if self.body.status == Status.FAILURE:
             self.failure = failure_of(self.body)
             if self.failure.anew:

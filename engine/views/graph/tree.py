@@ -123,6 +123,10 @@ class Tree:
         if other is not None:
             protocol = other.protocol
             below.append(self.sequence(other, protocol.steps, ("steps",), "", protocol.name))
+            if protocol.on_resume:
+                again = self.sequence(other, protocol.on_resume, ("on_resume",), "", "on_resume")
+                again.edge = "on_resume"
+                below.append(again)
             if protocol.finally_:
                 last = self.sequence(other, protocol.finally_, ("finally",), "", "finally")
                 last.edge = "finally"

@@ -210,6 +210,9 @@ def _use(view: Outlook, step: p.Use, place: Place) -> Item:
     below = []
     if other is not None:
         below = sentences(other, other.protocol.steps, ("steps",))
+        if other.protocol.on_resume:
+            again = sentences(other, other.protocol.on_resume, ("on_resume",))
+            below.append(Item("Before it is resumed after a stop:", again, numbered=False))
         if other.protocol.finally_:
             last = sentences(other, other.protocol.finally_, ("finally",))
             below.append(Item("At its end, whatever happened:", last, numbered=False))

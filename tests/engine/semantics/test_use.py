@@ -550,3 +550,75 @@ steps:
     assert len(tables) == 2
     assert [row["x_mm"] for row in ran.rows(tables[0])] == ["1", "2"]
     assert [row["x_mm"] for row in ran.rows(tables[1])] == ["1", "2"]
+
+
+def test_its_on_resume(bench):
+    """It has an `on_resume`, and the engine is killed inside -> That runs after our own `on_resume`, with the
+    parameters of this use, before anything set is set again; a use that is over or has not begun has none."""
+    bench.kill(
+        """
+on_resume: [{do: c.act, with: {name: ours}}]
+steps:
+  - {use: ./other.yaml, with: {who: over}}
+  - {do: b.act, with: {name: set}}
+  - foreach: {k: [A, B]}
+    key: ${{ k }}
+    steps: [{id: u, use: ./other.yaml, with: {who: "${{ k }}"}}]
+""",
+        "ended main/2/B/u/it/1",
+        beside={
+            "other.yaml": """
+params: {who: {type: string}}
+on_resume: [{do: c.act, with: {name: "home ${{ params.who }}"}}]
+steps:
+  - {id: it, do: a.shoot, with: {name: "it ${{ params.who }}"}}
+  - {id: then, do: b.shoot, with: {name: "then ${{ params.who }}"}}
+"""
+        },
+    )
+
+    ran = bench.resume()
+
+    assert ran.status == 0
+    done = ["it over", "then over", "set", "it A", "then A", "it B"]
+    assert ran.sent == [*done, "ours", "home B", "set", "then B"]
+
+
+def test_on_resume_of_a_second_attempt(bench):
+    """As before, in the second attempt of a retried `use`, within another one -> Those of the uses around
+    it come first; that of the first attempt is not due."""
+    bench.run(
+        "steps: [{id: u, use: ./mid.yaml}]\n",
+        beside={
+            "mid.yaml": "on_resume: [{do: c.act, with: {name: mid}}]\n"
+            "steps: [{id: v, use: ./deep.yaml, retry: 2}]\n",
+            "deep.yaml": "on_resume: [{do: c.act, with: {name: deep}}]\n"
+            "steps: [{do: a.shoot, with: {name: x, script: 'Broken,Broken,ok'}}]\n",
+        },
+    )
+
+    ran = bench.resume()
+
+    assert ran.status == 0
+    assert ran.sent == ["x", "x", "mid", "deep", "x"]
+    resumed = [r.id for r in ran.records if r.kind == "goal" and "/resume:" in r.id]
+    assert [name.partition("/resume:1/")[2] for name in resumed] == [
+        "main/u/0/1", "main/u/v/r2/v/0/1"
+    ]  # fmt: skip
+
+
+def test_on_resume_after_a_stop_in_its_finally(bench):
+    """The engine is killed in its `finally` -> Its steps are over: its `on_resume` is not due."""
+    bench.kill(
+        "steps: [{id: u, use: ./other.yaml}]\n",
+        "ended main/u/finally:1/0",
+        beside={
+            "other.yaml": "steps: [{do: a.shoot, with: {name: it}}]\n"
+            "on_resume: [{do: c.act, with: {name: never}}]\n"
+            "finally: [{do: b.shoot, with: {name: first}}, {do: b.shoot, with: {name: second}}]\n"
+        },
+    )
+
+    ran = bench.resume()
+
+    assert (ran.status, ran.sent) == (0, ["it", "first", "second"])
