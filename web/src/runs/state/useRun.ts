@@ -2,10 +2,13 @@
 import { onScopeDispose, shallowRef, watch, type Ref } from 'vue'
 import { useConnection } from '../../api/updates/connection'
 import { askSocket, say } from '../../api/updates/socket'
-import { sentenceOf } from '../../api/refused'
+import { Refused } from '../../api/refused'
 import type { RunLog, RunPatch, WatchedRun } from '../../api/types'
 import { RunPicture, type Change } from '../picture'
 import { loadPoints } from './loadPoints'
+
+/** A server that is too busy to answer is asked again after this. */
+const AGAIN_MS = 1_000
 
 export interface LiveRun {
   /** Null until the run has arrived, and if there is none. */
@@ -29,11 +32,13 @@ export function useRun(id: () => string): LiveRun {
   const early: RunPatch[] = []
   let asking = 0
   let loading = false
+  let timer: ReturnType<typeof setTimeout> | undefined
 
   async function whole(run: string): Promise<void> {
     const socket = connection.line()
     if (socket?.connected !== true) return
     const mine = ++asking
+    clearTimeout(timer)
     loading = true
     early.length = 0
     try {
@@ -50,7 +55,10 @@ export function useRun(id: () => string): LiveRun {
       picture.value = made
       version.value++
     } catch (fault) {
-      if (mine === asking) failure.value = sentenceOf(fault)
+      if (mine !== asking) return
+      const refused = fault instanceof Refused && fault.status > 0
+      failure.value = refused ? fault.sentence : 'The server has not answered yet; it is asked again'
+      if (!refused) timer = setTimeout(again, AGAIN_MS)
     } finally {
       if (mine === asking) loading = false
     }
@@ -106,6 +114,7 @@ export function useRun(id: () => string): LiveRun {
   })
   onScopeDispose(() => {
     asking++
+    clearTimeout(timer)
     waiting()
     detach()
     if (line) say(line, 'unwatch', { run: id() })
