@@ -18,14 +18,15 @@ export interface Frame {
 const MARGIN = 34
 const LEAST_MM = 1
 
-/** Around the points, the whole area, or a part of the bench. */
-export function frameOf(track: Track, width: number, height: number, shown: 'points' | 'bench' | Box): Frame {
+/** Around the points and the grid that they are of, the whole area, or a part of the bench. */
+export function frameOf(track: Track, width: number, height: number, shown: 'points' | 'bench' | Box, grid: Box | null = null): Frame {
   const { area } = track
   let [x0, x1, y0, y1] = [Infinity, -Infinity, Infinity, -Infinity]
   track.x_mm.forEach((x, i) => {
     const y = track.y_mm[i] ?? 0
     ;[x0, x1, y0, y1] = [Math.min(x0, x), Math.max(x1, x), Math.min(y0, y), Math.max(y1, y)]
   })
+  if (grid) [x0, x1, y0, y1] = [Math.min(x0, grid.x), Math.max(x1, grid.x + grid.width), Math.min(y0, grid.y), Math.max(y1, grid.y + grid.height)]
   if (typeof shown === 'object') [x0, x1, y0, y1] = [shown.x, shown.x + shown.width, shown.y, shown.y + shown.height]
   else if (shown === 'bench' || !Number.isFinite(x0)) {
     ;[x0, x1] = [Math.min(x0, area.x0 ?? x0), Math.max(x1, area.x1 ?? x1)]

@@ -40,7 +40,15 @@ export function useEditing(first: string, { name, contracts, save, refuse }: Hos
 
   const view = new EditorView({ state: stateOf(first, { save, fix: fixHere }, EditorView.updateListener.of(updated)) })
   const checking = useChecking(name)
-  const problems = computed<readonly Found[]>(() => checking.problems.value)
+  /** Nothing was added yet: a beginning, not a mistake. */
+  const blank = computed(() => {
+    const steps = valueAt(good.value?.data, ['steps'])
+    return Array.isArray(steps) && steps.length === 0
+  })
+  const problems = computed<readonly Found[]>(() => {
+    const all = checking.problems.value
+    return blank.value ? all.filter((one) => one.pointer !== '/steps') : all
+  })
 
   function updated(update: ViewUpdate): void {
     if (update.docChanged) {
@@ -88,7 +96,7 @@ export function useEditing(first: string, { name, contracts, save, refuse }: Hos
 
   /** Carry out a visual edit as a change of the text; reports why if it is impossible. */
   function edit(...wanted: Edit[]): boolean {
-    if (locked.value) return refuse('the protocol is read-only here: editing needs a wider window'), false
+    if (locked.value) return refuse('the protocol is read-only here'), false
     if (good.value?.text !== text.value) parse()
     const done = patchAll(text.value, wanted)
     if (!done.ok) return refuse(done.reason), false
@@ -181,7 +189,7 @@ export function useEditing(first: string, { name, contracts, save, refuse }: Hos
   checking.soon(first, 0)
 
   return {
-    name, view, text, good, broken, rows, index, selected, selectedPath, caret, depths, locked, problems, checking, contracts,
+    name, view, text, good, broken, blank, rows, index, selected, selectedPath, caret, depths, locked, problems, checking, contracts,
     edit, select, goTo, goToLine, mend, replaceAll, problemsOf, problemsAt, lock,
     valueAt: (path: Path) => valueAt(good.value?.data, path),
     undo: () => undo(view), redo: () => redo(view), samePath,
