@@ -51,7 +51,10 @@ export const routes: RouteRecordRaw[] = [
 ]
 
 export function makeRouter() {
-  const router = createRouter({ history: createWebHistory(), routes })
+  const router = createRouter({
+    history: createWebHistory(), routes,
+    scrollBehavior: (to, from, saved) => saved ?? (to.path === from.path ? false : { top: 0 }),
+  })
   router.afterEach((to) => {
     document.title = to.meta.place === 'start' ? 'labrun' : `${to.meta.title} · labrun`
   })
