@@ -1,15 +1,17 @@
-"""How good concentrations by `labrun calibrate standards` are, on rocks whose composition is known.
+"""How good concentrations are, on rocks whose composition is known: by element and method.
 
 Standards and unknowns are made by the generator of the tests, which shares no code with the package:
 light is transferred through a hot core and a cool shell, so that strong lines absorb themselves;
 each sample has a plasma of its own (temperature, electrons, ablated mass: the matrix effect), each
 shot its own brightness and photon noise, and the instrument loses light while it measures (drift).
-Prints RMSEP, bias, and how often the 68 and 95 % intervals hold the truth, by element; then what
-the limits of detection are worth on samples without and with so much of the element.
+Prints RMSEP, bias, and how often the 68 and 95 % intervals hold the truth, by element and method;
+then, of samples without an element, with its LOD, and with twice that, how many are said to have it.
 """
 
 import argparse
 import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -22,12 +24,19 @@ from truth.light import Zone, opacity, shine, widths
 from truth.samples import WEIGHT
 
 from labrun.reduction.calibration.calibrate import Choices, Shot, calibrate
-from labrun.reduction.calibration.calibration import Calibration, Card, asked_for
+from labrun.reduction.calibration.calibration import (
+    AREA,
+    LIGHT,
+    Calibration,
+    Card,
+    Concentration,
+    asked_for,
+)
 from labrun.reduction.calibration.closure import concentrations, one_point
 from labrun.reduction.calibration.standards import Standard, Standards
 from labrun.reduction.lines.formula import with_oxygen
-from labrun.reduction.reduce import reduce_spectrum
-from labrun.reduction.spectrum.spectrum import Spectrum
+from labrun.reduction.reduce import Reduction, reduce_spectrum
+from labrun.reduction.spectrum.spectrum import FloatArray, Spectrum
 
 RANGE_NM, CHANNELS, FWHM_NM = (240.0, 900.0), 8_192, 0.2
 MAJORS = {  # wt % of elements in silicate rocks, drawn evenly
@@ -35,12 +44,26 @@ MAJORS = {  # wt % of elements in silicate rocks, drawn evenly
     "K": (0.2, 5), "Ti": (0.05, 1.3), "Mn": (0.01, 0.16),
 }  # fmt: skip
 TRACES = {"Li": (5e-4, 0.3), "Rb": (1e-3, 0.1), "Sr": (2e-3, 0.1), "Ba": (3e-3, 0.15)}  # in logs
-MODELS = {"lines": False, "pls": True, "both": None}
-LEAST_CLOSED = 0.5  # wt %
+CURVES = {  # methods by a curve: what `labrun calibrate standards` is asked for
+    "lines": Choices(pls=False),  # lines and normalisation as cross-validates best
+    "area": Choices(by=AREA, pls=False),
+    "light": Choices(by=LIGHT, pls=False),
+    "pls": Choices(pls=True),
+    "best": Choices(pls=None),  # of each element the better of lines and PLS
+}
+CLOSED = {"closure": 0, "one-point 1": 1, "one-point 3": 3}  # how many standards tell a factor
+METHODS = (*CURVES, *CLOSED)
+USUAL = ("lines", "closure", "one-point 1")
+LEAST_CLOSED = 0.5  # wt %: a closure is of what makes up a rock
+AT_LOD = 18  # shots of each series, of rocks that lack elements or have them at their LOD
+ASKED = asked_for([*MAJORS, *TRACES], None)
 WITHOUT = 0.1  # of the samples, for each trace
 REFERENCE_DEPTH = 8.0  # optical depth of the thickest line of a mean rock
 SPREAD = {"kelvin": 0.04, "electrons": 0.2, "column": 0.2, "shell": 0.06}
 SHOT, DRIFT, BRIGHTEST, CONTINUUM = 0.12, 0.10, 30_000.0, 300.0
+
+Sample = tuple[dict[str, float], list[Reduction]]  # wt % by element, and its shots
+Row = tuple[str, float, Concentration]  # element, truth in wt %, what is told
 
 
 def rock(rng: np.random.Generator) -> dict[str, float]:
@@ -104,75 +127,87 @@ class Laboratory:
         return np.array(found)
 
 
-def measure(seed: int, n_standards: int, n_unknowns: int, n_shots: int):
-    """Standards and unknowns, one series in a drawn order: (wt %, counts of shots) of each."""
+@dataclass(frozen=True, slots=True)
+class Series:
+    """What one instrument measured: its axis, (wt %, reductions of shots) of standards and unknowns."""
+
+    laboratory: Laboratory
+    standards: list[Sample]
+    unknowns: list[Sample]
+    response: FloatArray | float
+
+    @property
+    def axis_nm(self) -> FloatArray:
+        return self.laboratory.instrument.axis_nm
+
+    def reduced(self, counts: FloatArray) -> Reduction:
+        return reduce_spectrum(Spectrum(self.axis_nm, counts * self.response), ASKED)
+
+
+def measured(seed: int, n_standards: int, n_unknowns: int, n_shots: int, uneven: bool) -> Series:
+    """Standards and unknowns, one series in a drawn order."""
     laboratory = Laboratory(seed)
     both = n_standards + n_unknowns
     rocks = [rock(laboratory.rng) for _ in range(both)]
     order = laboratory.rng.permutation(both)
     counts = {int(k): laboratory.shots(rocks[k], n_shots, both) for k in order}
-    made = [(rocks[k], counts[k]) for k in range(both)]
-    return laboratory.instrument.axis_nm, made[:n_standards], made[n_standards:]
+    response = unlike(laboratory.instrument.axis_nm) if uneven else 1.0
+    series = Series(laboratory, [], [], response)
+    for k in range(both):
+        sample = rocks[k], [series.reduced(one) for one in counts[k]]
+        (series.standards if k < n_standards else series.unknowns).append(sample)
+    return series
 
 
-def calibrated(axis, standards, pls: bool | None) -> Calibration:
-    names = [*MAJORS, *TRACES]
-    asked = asked_for(names, None)
-    table = Standards(tuple(Standard(f"s{k}", wt, ()) for k, (wt, _) in enumerate(standards)), ())
-    shots = {
-        f"s{k}": [Shot(f"s{k}", reduce_spectrum(Spectrum(axis, one), asked)) for one in counts]
-        for k, (_, counts) in enumerate(standards)
-    }
-    made = calibrate(table, shots, Choices(pls=pls))
+def unlike(axis: FloatArray) -> FloatArray:
+    """The response of an instrument that sees little at both ends, and less beyond a seam at 470 nm."""
+    ends = np.clip((920 - axis) / 200, 0.05, 1) / (1 + np.exp((270 - axis) / 12))
+    return ends * np.where(axis < 470, 1.0, 0.3)
+
+
+def calibrated(series: Series, choices: Choices) -> Calibration:
+    """By the series' standards; says which elements have no curve, and why."""
+    known = [(f"s{k}", *sample) for k, sample in enumerate(series.standards)]
+    table = Standards(tuple(Standard(name, wt, ()) for name, wt, _ in known), ())
+    shots = {name: [Shot(name, one) for one in reduced] for name, _, reduced in known}
+    made = calibrate(table, shots, choices)
     for refused in made.refused:
-        print("\nNot calibrated:", refused)
+        print("not calibrated:", refused)
+    axis = series.axis_nm
     card = Card("", "", "", "", "", 0, 0, "", len(axis), axis[0], axis[-1], (0.0, 1e30), None)
     return Calibration(card, made.elements, likeness=made.likeness)
 
 
-def judge(axis, unknowns, made: Calibration):
-    """Rows (element, truth, Concentration) of all unknowns, each the mean of its shots."""
-    rows = []
-    for wt, counts in unknowns:
-        asked = asked_for([*MAJORS, *TRACES], None)
-        shots = [reduce_spectrum(Spectrum(axis, one), asked) for one in counts]
-        found = made.concentrations(axis, shots)
-        rows += [(name, wt[name], told) for name, told in found.items()]
-    return rows
+def by_curve(series: Series, made: Calibration) -> Iterator[Row]:
+    """Each unknown by the mean of its shots."""
+    for wt, shots in series.unknowns:
+        for name, told in made.concentrations(series.axis_nm, shots).items():
+            yield name, wt[name], told
 
 
-def table(rows, made: Calibration) -> str:
-    lines = [
-        "| | signal, curve | standards, wt % | LOD | RMSECV | RMSEP | bias | in 68 % | in 95 % | < LOD |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
-    ]  # fmt: skip
-    total = np.zeros(4)
-    for name, one in made.elements.items():
-        told = [(c, e) for n, c, e in rows if n == name]
-        read = [(c, e) for c, e in told if e.wt_percent is not None]
-        below = [c for c, e in told if "below LOD" in e.flags]
-        error = np.array([e.wt_percent - c for c, e in read])
-        in_68 = sum(abs(e.wt_percent - c) <= e.error for c, e in read)
-        in_95 = sum(e.low <= c <= _end(e) for c, e in read)
-        total += in_68, len(read), in_95, len(read)
-        kind = "straight" if len(one.curve.coefficients) == 2 else "quadratic"
-        kind = kind if one.pls is None else f"PLS, {one.pls.components} components"
-        if not len(read):
-            continue
-        lines.append(
-            f"| {name} | {one.by}, {kind} | {one.lowest:.2g} to {one.curve.highest:.2g} | {one.lod:.2g} "
-            f"| {one.rmsecv:.2g} | {np.sqrt(np.mean(error**2)):.2g} | {error.mean():+.2g} "
-            f"| {in_68} of {len(read)} | {in_95} of {len(read)} "
-            f"| {len(below)}: {sum(c < one.lod for c in below)} |"
-        )
-    lines.append(
-        f"| all | | | | | | | {100 * total[0] / total[1]:.0f} % | {100 * total[2] / total[3]:.0f} % | |"
-    )
-    return "\n".join(lines)
+def by_closure(series: Series, n: int) -> Iterator[Row]:
+    """A shot of each unknown closed as oxides, by n standards; wt % of oxides that make 100 %."""
+    points = one_point(series.standards[:n]) if n else None
+    for wt, shots in series.unknowns:
+        whole = sum(c * with_oxygen(name, "oxides") for name, c in wt.items()) / 100
+        for name, told in concentrations(shots[0], "oxides", points).items():
+            if wt.get(name, 0.0) / whole > LEAST_CLOSED:
+                yield name, wt[name] / whole, told
+
+
+def at_limits(series: Series, made: Calibration) -> Iterator[tuple[str, int, bool]]:
+    """(element, how many LOD of it a rock has: 0, 1 or 2, whether it is said to be above LOD)."""
+    rng = series.laboratory.rng
+    for _ in range(AT_LOD):
+        wt, times = rock(rng), {name: int(rng.integers(3)) for name in made.elements}
+        wt |= {name: n * made.elements[name].lod for name, n in times.items()}
+        shot = series.reduced(series.laboratory.shots(wt, 1, 2 * series.laboratory.measured)[0])
+        for name, told in made.concentrations(series.axis_nm, [shot]).items():
+            yield name, times[name], "below LOD" not in told.flags
 
 
 def main() -> None:
-    own = argparse.ArgumentParser(description=__doc__)
+    own = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     own.add_argument("--standards", type=int, default=14)
     own.add_argument("--unknowns", type=int, default=16)
     own.add_argument("--shots", type=int, default=5)
@@ -180,125 +215,88 @@ def main() -> None:
         "--series", type=int, nargs="+", default=[1, 2, 3, 4, 5, 6], help="numbers of them"
     )
     own.add_argument(
-        "--model", choices=MODELS, default="lines",
-        help="curves of lines, PLS of whole spectra, or of each element the better",
+        "--methods", nargs="+", choices=METHODS, default=USUAL, metavar="METHOD",
+        help=f"of {', '.join(METHODS)} (pls and best need scikit-learn); usually {', '.join(USUAL)}",
     )  # fmt: skip
     own.add_argument(
-        "--closed", action="store_true",
-        help="a shot of each unknown closed as oxides, without standards and by one and three of them",
-    )  # fmt: skip
-    own.add_argument(
-        "--unknown-response", action="store_true", help="with --closed: of an uneven instrument"
+        "--unknown-response", action="store_true", help="measure with an uneven instrument"
     )
     asked = own.parse_args()
     print(f"{asked.standards} standards, {asked.unknowns} unknowns, {asked.shots} shots each")
-    all_rows, closed_rows = [], []
+    rows: dict[str, list[Row]] = {method: [] for method in asked.methods}
+    limits: list[tuple[str, int, bool]] = []
     for seed in asked.series:
-        axis, standards, unknowns = measure(seed, asked.standards, asked.unknowns, asked.shots)
-        if asked.closed:
-            response = unlike(axis) if asked.unknown_response else 1.0
-            closed_rows += closed(axis, standards, unknowns, response)
-            continue
-        made = calibrated(axis, standards, MODELS[asked.model])
-        rows = judge(axis, unknowns, made)
-        all_rows += [
-            (element, truth, told, made.elements[element]) for element, truth, told in rows
-        ]
-        print(f"\nSeries {seed}\n\n{table(rows, made)}")
-    if asked.closed:
-        print(closed_table(closed_rows))
-        return
-    print(f"\nAll series\n\n{by_element(all_rows)}\n\n{coverage(all_rows)}")
+        print(f"\nseries {seed}", flush=True)
+        series = measured(
+            seed, asked.standards, asked.unknowns, asked.shots, asked.unknown_response
+        )
+        for method in asked.methods:
+            if method in CLOSED:
+                rows[method] += by_closure(series, CLOSED[method])
+                continue
+            made = calibrated(series, CURVES[method])
+            rows[method] += by_curve(series, made)
+            if method == asked.methods[0]:
+                limits += at_limits(series, made)
+    print(f"\n{by_element(rows)}\n\n{limits_held(rows)}")
+    if limits:
+        print(f"\n{counted(limits)}")
 
 
-def unlike(axis):
-    """The response of an instrument that sees little at both ends, and less beyond a seam at 470 nm."""
-    ends = np.clip((920 - axis) / 200, 0.05, 1) / (1 + np.exp((270 - axis) / 12))
-    return ends * np.where(axis < 470, 1.0, 0.3)
-
-
-def closed(axis, standards, unknowns, response):
-    """Rows (standards used, element, truth, Concentration) above `LEAST_CLOSED`."""
-    both = [
-        [
-            (wt, [reduce_spectrum(Spectrum(axis, one)) for one in counts[:n]])
-            for wt, counts in samples
-        ]
-        for samples, n in ((standards[:3], None), (unknowns, 1))
+def by_element(rows: Mapping[str, Sequence[Row]]) -> str:
+    """RMSEP, bias and coverage of each element by each method, and of all together."""
+    lines = [
+        "| | method | values | mean | RMSEP | bias | in 68 % | in 95 % |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
-    rows = []
-    for n in (0, 1, 3):
-        points = one_point(both[0][:n]) if n else None
-        for wt, shots in both[1]:
-            whole = sum(c * with_oxygen(name, "oxides") for name, c in wt.items()) / 100
-            told = concentrations(shots[0], "oxides", points)
-            rows += [
-                (n, name, wt[name] / whole, one)
-                for name, one in told.items()
-                if one.wt_percent is not None and wt.get(name, 0.0) / whole > LEAST_CLOSED
+    for name in (*MAJORS, *TRACES, "all"):
+        for method, of in rows.items():
+            read = [
+                (c, told)
+                for element, c, told in of
+                if name in (element, "all") and told.wt_percent is not None
             ]
-    return rows
-
-
-def closed_table(rows) -> str:
-    lines = [
-        "| standards | values | RMSE | bias | in 68 % | in 95 % |",
-        "| --- | --- | --- | --- | --- | --- |",
-    ]
-    for n in (0, 1, 3):
-        own = [(truth, told) for k, _, truth, told in rows if k == n]
-        error = np.array([told.wt_percent - truth for truth, told in own])
-        in_68 = np.mean([abs(told.wt_percent - truth) <= told.error for truth, told in own])
-        in_95 = np.mean([told.low <= truth <= told.high for truth, told in own])
-        lines.append(
-            f"| {n} | {len(own)} | {np.sqrt(np.mean(error**2)):.2f} | {error.mean():+.2f} "
-            f"| {100 * in_68:.0f} % | {100 * in_95:.0f} % |"
-        )
+            if not read:
+                continue
+            error = np.array([told.wt_percent - c for c, told in read])
+            lines.append(
+                f"| {name} | {method} | {len(read)} | {np.mean([c for c, _ in read]):.2g} "
+                f"| {np.sqrt(np.mean(error**2)):.2g} | {error.mean():+.2g} "
+                f"| {100 * np.mean([abs(e.wt_percent - c) <= e.error for c, e in read]):.0f} % "
+                f"| {100 * np.mean([e.low <= c <= _end(e) for c, e in read]):.0f} % |"
+            )
     return "\n".join(lines)
 
 
-def by_element(rows) -> str:
-    """All series together."""
+def limits_held(rows: Mapping[str, Sequence[Row]]) -> str:
+    """How often what is told to be below LOD is below its upper limit."""
+    said = []
+    for method, of in rows.items():
+        held = [c <= _end(told) for _, c, told in of if "below LOD" in told.flags]
+        if held:
+            said.append(f"{method}: {100 * np.mean(held):.0f} % of {len(held)} upper limits hold")
+    return "\n".join(said)
+
+
+def counted(limits: Sequence[tuple[str, int, bool]]) -> str:
+    """False positives and negatives of one shot, by element."""
     lines = [
-        "| | series with a curve | median LOD | RMSEP | mean | bias | in 68 % | in 95 % | < LOD |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| | without it, told | with one LOD, not told | with two LOD, not told |",
+        "| --- | --- | --- | --- |",
     ]
-    for name in dict.fromkeys(row[0] for row in rows):
-        own = [row[1:] for row in rows if row[0] == name]
-        read = [(c, told) for c, told, _ in own if told.wt_percent is not None]
-        error = np.array([told.wt_percent - c for c, told in read])
-        curves = {id(one): one.lod for _, _, one in own}
-        below = [(c, one.lod) for c, told, one in own if "below LOD" in told.flags]
-        lines.append(
-            f"| {name} | {len(curves)} | {np.median(list(curves.values())):.2g} "
-            f"| {np.sqrt(np.mean(error**2)):.2g} | {np.mean([c for c, _ in read]):.2g} | {error.mean():+.2g} "
-            f"| {sum(abs(e.wt_percent - c) <= e.error for c, e in read)} of {len(read)} "
-            f"| {sum(e.low <= c <= _end(e) for c, e in read)} of {len(read)} "
-            f"| {len(below)}: {sum(c < lod for c, lod in below)} |"
-        )
+    for name in (*MAJORS, *TRACES, "all"):
+        cells = []
+        for n in range(3):
+            told = [
+                yes for element, times, yes in limits if name in (element, "all") and times == n
+            ]
+            cells.append(f"{sum(told) if n == 0 else len(told) - sum(told)} of {len(told)}")
+        if any(name in (element, "all") for element, _, _ in limits):
+            lines.append(f"| {name} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
 
-def coverage(rows) -> str:
-    """How often intervals hold, and what the limits of detection are worth."""
-    read = [(truth, told) for _, truth, told, _ in rows if told.wt_percent is not None]
-    in_68 = np.mean([abs(told.wt_percent - truth) <= told.error for truth, told in read])
-    in_95 = np.mean([told.low <= truth <= _end(told) for truth, told in read])
-    below = [(truth, told) for _, truth, told, _ in rows if "below LOD" in told.flags]
-    held = np.mean([truth <= _end(told) for truth, told in below])
-    blank = [told for _, truth, told, _ in rows if truth == 0]
-    claimed = sum(told.wt_percent is not None for told in blank)
-    missed = [told for _, truth, told, one in rows if truth > 2 * one.lod]
-    unseen = sum("below LOD" in told.flags for told in missed)
-    return (
-        f"of {len(read)} concentrations {100 * in_68:.0f} % are within the 68 % interval and "
-        f"{100 * in_95:.0f} % within the 95 % interval; of {len(below)} upper limits below LOD "
-        f"{100 * held:.0f} % hold; {claimed} of {len(blank)} samples without an element are said to "
-        f"have it, and {unseen} of {len(missed)} with more than twice the LOD not to"
-    )
-
-
-def _end(told) -> float:
+def _end(told: Concentration) -> float:
     return np.inf if told.high is None else told.high
 
 

@@ -228,9 +228,9 @@ def read_calibration(text: str) -> Calibration:
         found = TypeAdapter(Calibration).validate_json(text)
     except ValidationError as fault:
         first = fault.errors()[0]
-        place = ".".join(map(str, first["loc"])) or "it"
+        place = "".join(f"{part}: " for part in first["loc"])
         raise CalibrationFault(
-            f"no calibration as `{MADE_BY}` writes it: {place}: {first['msg']}"
+            f"no calibration as `{MADE_BY}` writes it: {place}{first['msg']}"
         ) from None
     if found.made_by != MADE_BY or not (found.elements or (found.closed and found.points)):
         raise CalibrationFault(f"no calibration as `{MADE_BY}` writes it")

@@ -2,7 +2,6 @@
 
 import csv
 import re
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch
@@ -69,14 +68,17 @@ def read_standards(text: str, name: str) -> Standards:
         (n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip(" ,;\t") and line[0] != "#"
     ]  # fmt: skip
     if not lines:
-        raise StandardsFault([f"{name}: it is empty"])
+        raise StandardsFault([
+            f"{name}: it is empty; it needs headings, as in `sample,Li (ppm)`, and a row for each standard"
+        ])  # fmt: skip
     between = max(";\t,", key=lines[0][1].count)
     rows = [(n, next(csv.reader([line], delimiter=between))) for n, line in lines]
     headings = [cell.strip() for cell in rows[0][1]]
     words = [heading.casefold() for heading in headings]
     if "sample" not in words:
         raise StandardsFault([
-            f"{name}:{rows[0][0]}: no column `sample`; it has {', '.join(headings)}"
+            f"{name}:{rows[0][0]}: no column `sample`; it has {', '.join(headings)}; call that of the "
+            "standards' names `sample`"
         ])  # fmt: skip
     problems: list[str] = []
     columns = _columns(headings, f"{name}:{rows[0][0]}", problems)
@@ -84,13 +86,17 @@ def read_standards(text: str, name: str) -> Standards:
         _standard(f"{name}:{n}", cells, words, columns, between != ",", problems)
         for n, cells in rows[1:]
     ]
-    often = Counter(one.sample for one in samples)
+    first: dict[str, int] = {}
     problems += [
-        f"{name}: {sample!r} has more than one row; put its files in one"
-        for sample in often if often[sample] > 1
-    ]  # fmt: skip
+        f"{name}:{n}: {one.sample!r} has a row already, line {first[one.sample]}; give one row to each "
+        "standard, with all its files"
+        for (n, _), one in zip(rows[1:], samples, strict=True)
+        if one.sample and first.setdefault(one.sample, n) != n
+    ]
     if not problems and not any(one.wt_percent for one in samples):
-        problems.append(f"{name}: no concentration of any element")
+        problems.append(
+            f"{name}: no concentration of any element; write what is known of each standard, 0 for none"
+        )
     if problems:
         raise StandardsFault(list(dict.fromkeys(problems)))
     notes = [
@@ -133,6 +139,11 @@ def _standard(
     where: str, cells: list[str], words: list[str], columns: list[_Column],
     decimal_comma: bool, problems: list[str],
 ) -> Standard:  # fmt: skip
+    if any(cell.strip() for cell in cells[len(words) :]):
+        problems.append(
+            f"{where}: it has {len(cells)} cells, where the headings are {len(words)}; are there decimal "
+            "commas? Then put semicolons between the columns"
+        )
     cells = [*cells, *[""] * (len(words) - len(cells))]
     sample = cells[words.index("sample")].strip()
     files = cells[words.index("file")].split("|") if "file" in words else []
@@ -150,12 +161,25 @@ def _standard(
                 "if there is none"
             )
         elif told is None or not _number(told[1]):
-            problems.append(f"{where}: {column.heading}: {cell!r} is not a number")
+            problems.append(
+                f"{where}: {column.heading}: {cell!r} is not a number; leave it empty where it is unknown"
+            )
+        elif told[2].startswith(","):
+            problems.append(
+                f"{where}: {column.heading}: {cell!r} has a comma; write a point, or put semicolons "
+                "between the columns"
+            )
         elif told[2] and _plain(told[2]) != column.unit:
             problems.append(
-                f"{where}: {column.heading}: {cell!r} is in another unit than its column ({column.unit})"
+                f"{where}: {column.heading}: {cell!r} is in another unit than its column ({column.unit}); "
+                "convert it"
             )
-        elif not 0 <= float(told[1]) * column.factor <= MOST:
+        elif float(told[1]) < 0:
+            problems.append(
+                f"{where}: {column.heading}: {cell!r} is below 0, which no concentration is; write 0 if "
+                "there is none"
+            )
+        elif not float(told[1]) * column.factor <= MOST:
             problems.append(
                 f"{where}: {column.heading}: {cell} {column.unit} cannot be; is it in another unit?"
             )
@@ -183,6 +207,7 @@ def spectra_of(standards: Standards, paths: Sequence[Path], name: str) -> dict[s
     """
     found: dict[str, list[Path]] = {one.sample: [] for one in standards.samples}
     problems: list[str] = []
+    nobodys: list[Path] = []
     for path in paths:
         named = [one for one in standards.samples if any(_fits(path, f) for f in one.files)]
         named = named or [
@@ -191,15 +216,18 @@ def spectra_of(standards: Standards, paths: Sequence[Path], name: str) -> dict[s
         if len(named) > 1 and not named[0].files:
             named = [max(named, key=lambda one: len(one.sample))]
         if not named:
-            problems.append(
-                f"{path}: no row of {name} is of this spectrum; begin its name with the sample's, "
-                "write it in the column `file` (names or patterns, with | between), or leave it out"
-            )
+            nobodys.append(path)
         elif len(named) > 1:
             both = " and ".join(one.sample for one in named[:2])
             problems.append(f"{path}: {both} of {name} both claim this spectrum")
         else:
             found[named[0].sample].append(path)
+    if nobodys:
+        more = f" (and of {len(nobodys) - 1} more)" if len(nobodys) > 1 else ""
+        problems.append(
+            f"{nobodys[0]}: no row of {name} is of this spectrum{more}; begin its name with the "
+            "sample's, write it in the column `file` (names or patterns, with | between), or leave it out"
+        )
     if problems:
         raise StandardsFault(problems)
     return found

@@ -55,6 +55,7 @@ def response(
             raise ValueError("--dark needs --lamp")
         else:
             found, how = _by_lines(files)
+        output.parent.mkdir(parents=True, exist_ok=True)
         made = datetime.now(UTC).astimezone().isoformat(timespec="seconds")
         write_response(found, output, [f"labrun calibrate response, {made}", how])
     except ValueError as fault:
@@ -180,15 +181,18 @@ def _certificate(path: Path) -> tuple[Any, Any]:
     import numpy as np
 
     rows = []
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        for row in csv.reader(line for line in file if not line.startswith("#")):
-            try:
-                rows.append((float(row[0]), float(row[1])))
-            except (ValueError, IndexError):
-                if rows and any(row):
-                    raise ValueError(
-                        f"{path}: {','.join(row)!r} is not a wavelength and a number"
-                    ) from None
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError(f"{path}: it is not text; save it as CSV in UTF-8") from None
+    for row in csv.reader(line for line in text.splitlines() if not line.startswith("#")):
+        try:
+            rows.append((float(row[0]), float(row[1])))
+        except (ValueError, IndexError):
+            if rows and any(row):
+                raise ValueError(
+                    f"{path}: {','.join(row)!r} is not a wavelength and a number"
+                ) from None
     if len(rows) < 2:
         raise ValueError(f"{path}: it needs two columns of numbers: wavelength in nm, and radiance")
     nm, radiance = np.array(sorted(rows)).T

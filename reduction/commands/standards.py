@@ -56,6 +56,7 @@ def calibrate_standards(asked: Asked) -> list[str]:
         raise ValueError(f"{asked.standards}: it is not text; save it as CSV in UTF-8") from None
     standards = read_standards(text, asked.standards.name)
     spectra = spectra_of(standards, _spectra(asked), asked.standards.name)
+    asked.output.parent.mkdir(parents=True, exist_ok=True)  # before the work, in case it cannot be
     shots, axis = _shots(spectra, standards.elements, response)
     found = calibrate(standards, shots, choices) if closed is None else Calibrated({}, [], [], [])
     points = {} if closed is None else _one_point(standards, shots)

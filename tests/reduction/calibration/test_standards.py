@@ -41,11 +41,16 @@ def test_a_table_of_a_spreadsheet_with_decimal_commas_is_read():
         ("sample,Si (%),SiO2 (%)\nA,1,2\n", "column 'SiO2 (%)': Si has a column already"),
         ("sample,Li (wt %)\nA,120 ppm\n", "s.csv:2: Li (wt %): '120 ppm' is in another unit"),
         ("sample,Li (wt %)\nA,250\n", "250 wt % cannot be; is it in another unit?"),
-        ("sample,Li (ppm)\nA,-3\n", "-3 ppm cannot be"),
+        ("sample,Li (ppm)\nA,-3\n", "'-3' is below 0"),
+        ('sample,Li (ppm)\nA,"1,5"\n', "'1,5' has a comma; write a point"),
+        (
+            "sample,Li (ppm)\nA,1,5\n",
+            "s.csv:2: it has 3 cells, where the headings are 2; are there decimal",
+        ),
         ("sample,Li (ppm)\nA,<5\n", "'<5' is no concentration; leave it empty"),
         ("sample,Li (ppm)\nA,many\n", "'many' is not a number"),
         ("sample,Li (ppm)\nA,1.2.3\n", "'1.2.3' is not a number"),
-        ("sample,Li (ppm)\nA,1\nA,2\n", "'A' has more than one row"),
+        ("sample,Li (ppm)\nA,1\nA,2\n", "s.csv:3: 'A' has a row already, line 2"),
         ("sample,Li (ppm)\n,1\n", "s.csv:2: the sample has no name"),
         ("sample,Si (%),Al (%)\nA,70,60\n", "the elements of A are 130.0 wt % together"),
         ("sample,Li (ppm)\nA,\n", "s.csv: no concentration of any element"),
@@ -72,7 +77,9 @@ def test_spectra_belong_to_the_sample_whose_name_they_begin_with_or_whose_patter
 def test_spectra_of_no_sample_or_of_two_are_told():
     table = read_standards("sample,file,Li (ppm)\nA,,1\nB,x*,2\nC,x1*,3\n", "s.csv")
     with pytest.raises(StandardsFault) as fault:
-        spectra_of(table, [Path("AB_1.csv"), Path("x1.csv")], "s.csv")
+        spectra_of(table, [Path("AB_1.csv"), Path("AB_2.csv"), Path("x1.csv")], "s.csv")
 
-    assert "AB_1.csv: no row of s.csv is of this spectrum" in fault.value.problems[0]
-    assert "x1.csv: B and C of s.csv both claim this spectrum" in fault.value.problems[1]
+    assert "x1.csv: B and C of s.csv both claim this spectrum" in fault.value.problems[0]
+    assert (
+        "AB_1.csv: no row of s.csv is of this spectrum (and of 1 more)" in fault.value.problems[1]
+    )
