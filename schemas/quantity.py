@@ -83,6 +83,7 @@ def registry() -> "UnitRegistry":
     told.setLevel(logging.ERROR)  # it warns of a unit that is defined again
     for definition in GAS_FLOWS:
         made.define(definition)
+    made.define("ppb = 1e-9")
     told.setLevel(level)
     return made
 
@@ -181,9 +182,10 @@ def _dimensions(key: str) -> Any:
 
 @lru_cache(maxsize=4096)
 def _factor(source: Any, target: str) -> float | None:
-    """The number to multiply by, or None if the conversion is not a plain factor (degC)."""
-    zero = registry().Quantity(0.0, source).to(target).magnitude
-    return None if zero else float(registry().Quantity(1.0, source).to(target).magnitude)
+    """The number to multiply by, or None if the conversion is not a plain factor (degC, dBm)."""
+    one = registry().Quantity(1.0, source)
+    plain = one._is_multiplicative and not has_offset(target)
+    return float(one.to(target).magnitude) if plain else None
 
 
 def same_dimension(unit: str, other: str) -> bool:
@@ -195,7 +197,7 @@ def same_dimension(unit: str, other: str) -> bool:
 
 @lru_cache(maxsize=4096)
 def has_offset(unit: str) -> bool:
-    """True for a scale whose zero is not nothing: degC and degF, not K."""
+    """True for a scale whose zero is not nothing: degC, degF and dBm, not K."""
     return not registry().Quantity(1, unit_of(unit))._is_multiplicative
 
 
@@ -238,6 +240,10 @@ def magnitude_in(value: Any, unit: str) -> float:
         return value.magnitude
     factor = _factor(value.units, unit)
     if factor is None:
+        if value.magnitude <= 0 and any(
+            registry()._units[n].is_logarithmic for n in unit_of(unit)._units
+        ):
+            raise UnitError(f"{quantity_text(value)} has no logarithm, so it is nothing in {unit}")
         return float(value.to(unit).magnitude)
     # 0.1 + 0.2 style digits behind the 12th come from the factor, not from the author.
     return float(f"{value.magnitude * factor:.12g}")

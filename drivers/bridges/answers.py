@@ -28,7 +28,7 @@ DASHES = re.compile(r"[-*?]{2,}|n/?a$", re.I)
 UNITS = {
     "vdc": "V", "vac": "V", "adc": "A", "aac": "A", "ohms": "ohm", "ohm4w": "ohm", "ohms4w": "ohm",
     "secs": "s", "sec": "s", "deg c": "degC", "deg f": "degF", "°c": "degC", "°f": "degF",
-    "c": "degC", "f": "degF", "celsius": "degC", "kohm": "kohm",
+    "c": "degC", "f": "degF", "celsius": "degC", "oc": "degC", "kohm": "kohm", "lpm": "L/min",
     "cel": "degC", "volts": "V", "amps": "A", "%rh": "%", "nm": "N*m", "cts": "count", "g": "gauss",
 }  # fmt: skip
 """What instruments write -> the unit, where pint does not know it or knows another one."""
@@ -111,6 +111,8 @@ def _split(text: str, returns: Mapping[str, Any]) -> dict[str, Any]:
         rows = [_fields(line) for line in text.splitlines()]
         return _columns([row if row[1:] else row[0].split() for row in rows if row], returns)
     left = _fields(text)
+    if len(left) == 1 and len(blank := text.split()) == len(returns):
+        left = blank
     found, told = {}, len(left)
     for name, schema in returns.items():
         if not left:
@@ -142,7 +144,7 @@ def _columns(rows: list[list[str]], returns: Mapping[str, Any]) -> dict[str, Any
     if long := next((row for row in rows if len(row) > len(returns)), None):
         words = _too_many(len(long), returns, decimal_comma=False)
         raise BadAnswer(f"of the row {long}: {words}")
-    items = [_items(schema) for schema in returns.values()]
+    items = [items_of(schema) for schema in returns.values()]
     columns = [[value(row[at], one) for row in rows] for at, one in enumerate(items)]
     return dict(zip(returns, columns, strict=True))
 
@@ -156,7 +158,7 @@ def _array(fields: list[str], one: Mapping[str, Any]) -> list[Any]:
     return [value(part, one) for several in parts for part in several]
 
 
-def _items(schema: Mapping[str, Any]) -> dict[str, Any]:
+def items_of(schema: Mapping[str, Any]) -> dict[str, Any]:
     """One of an array's values; how it is written stands beside the array."""
     own = {key: schema[key] for key in OWN if key in schema}
     return {**schema.get("items", {"type": "number"}), **own}
@@ -178,7 +180,7 @@ def value(text: str, schema: Mapping[str, Any]) -> Any:
         text = _pointed(text)
     plain, kind = text.strip(), _kind(schema)
     if kind == "array":
-        return _array(_fields(plain), _items(schema))
+        return _array(_fields(plain), items_of(schema))
     if "words" in schema:
         for word, written in words_of(schema).items():
             if plain.strip("\"'").lower() == str(written).strip().lower():

@@ -205,7 +205,7 @@ class Bridge(Driver):
     def _running(self) -> set[str]:
         return set()
 
-    async def _do(self, name: str, goal: GoalContext, **values: Any) -> Values:
+    async def _do(self, name: str, goal: GoalContext, /, **values: Any) -> Values:
         self._running.add(goal.id)
         try:
             async with self._turn:

@@ -5,7 +5,7 @@ import math
 from enum import Enum
 from typing import Any
 
-from .answers import INFINITE, OWN, BadAnswer, may_lack, none_for, value
+from .answers import INFINITE, OWN, BadAnswer, items_of, may_lack, none_for, value
 
 
 def plainly(data: Any) -> str:
@@ -16,7 +16,11 @@ def plainly(data: Any) -> str:
 def found_at(data: Any, name: str, at: str, schema: dict[str, Any]) -> Any:
     """A value of JSON that was answered, at its place; raises BadAnswer or NoNumber."""
     single = not at and not isinstance(data, dict)
-    for part in [] if single else (at or name).split("."):
+    parts = [] if single else (at or name).split(".")
+    for number, part in enumerate(parts):
+        if part == "*" and isinstance(data, list):
+            rest, one = ".".join(parts[number + 1 :]), items_of(schema)
+            return [found_at(each, name, rest, one) for each in data]
         try:
             data = data[int(part)] if isinstance(data, (list, tuple)) else data[part]
         except (KeyError, IndexError, ValueError, TypeError) as fault:

@@ -5,9 +5,13 @@ See docs/how-to/instruments-in-yaml.md.
 
 import asyncio
 import json
+import ssl
 from base64 import b64encode
 from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
+from urllib.parse import quote, urljoin
 
 from pydantic import Field, field_validator, model_validator
 
@@ -84,11 +88,20 @@ class HttpConfig(ByAction):
     url: str
     headers: dict[str, str] = Field(default_factory=dict)
     login: HttpAction | None = None
+    expired: list[int | str] = Field(default_factory=lambda: [401])
+    verify: bool | str = True
     user: str | None = None
     password: str = ""
+    digest: bool = False
     hello: str | None = None
     actions: dict[Name, HttpAction] = Field(min_length=1)
     status: list[str] = Field(default_factory=list)
+
+    @field_validator("expired", mode="before")
+    @classmethod
+    def _are_patterns(cls, value: Any) -> Any:
+        said = value if isinstance(value, list) else [value]
+        return [pattern(one) if isinstance(one, str) else one for one in said]
 
     @field_validator("url")
     @classmethod
@@ -96,6 +109,11 @@ class HttpConfig(ByAction):
         if not value.startswith(("http://", "https://")):
             raise ValueError(f"{value!r} is no address such as http://10.0.0.8:8080/api")
         return value.rstrip("/")
+
+    @property
+    def expired_moves(self) -> bool:
+        """Whether a redirection means that nobody is logged in any more: then none is followed."""
+        return any(isinstance(one, int) and 300 <= one < 400 for one in self.expired)
 
     def known(self) -> dict[str, Any]:
         return self.login.returns if self.login is not None else {}
@@ -106,6 +124,8 @@ class HttpConfig(ByAction):
             for key, text in self.login.used():
                 for message in template_faults(text, {}):
                     yield ConfigFault(("login", key), message)
+        elif "expired" in self.model_fields_set:
+            yield ConfigFault(("expired",), "there is no `login` that would be done again", True)
         for name, text in self.headers.items():
             asked = WHOLE.search(text)
             if self.login is not None:
@@ -125,11 +145,17 @@ class Http(Bridge):
     async def ready(self, timeout_s: float) -> None:
         if self._session is not None:
             return
-        from aiohttp import ClientSession
+        from aiohttp import ClientSession, CookieJar, DigestAuthMiddleware, TCPConnector
 
         said: HttpConfig = self.config
-        self._session = ClientSession()
         try:  # any answer shows that it is there; `hello` is a path that it has
+            self._session = ClientSession(
+                connector=TCPConnector(ssl=_trusted(said.verify)),
+                cookie_jar=CookieJar(unsafe=True),  # a device's name is often its address
+                middlewares=(DigestAuthMiddleware(said.user or "", said.password),)
+                if said.digest
+                else (),
+            )
             async with asyncio.timeout(timeout_s):
                 if said.login is not None:
                     await self._log_in(said.login)
@@ -145,7 +171,12 @@ class Http(Bridge):
             raise OSError(f"{self.config.url} does not answer within {timeout_s:g} s") from fault
         except OSError as fault:  # aiohttp's ClientError of a connection is one, too
             await self.drop()
-            raise OSError(f"{self.config.url} cannot be reached: {fault}") from fault
+            own = (
+                "; `verify: device.pem` trusts its own"
+                if "CERTIFICATE_VERIFY" in str(fault)
+                else ""
+            )
+            raise OSError(f"{self.config.url} cannot be reached: {fault}{own}") from fault
 
     def _headers(self) -> dict[str, str]:
         said: HttpConfig = self.config
@@ -153,7 +184,7 @@ class Http(Bridge):
         if said.login is not None:
             known = {n: text for n, text in headers.items() if self.known or not WHOLE.search(text)}
             headers = {name: fill(text, self.known, {}, "") for name, text in known.items()}
-        if said.user is not None:
+        if said.user is not None and not said.digest:
             basic = b64encode(f"{said.user}:{said.password}".encode()).decode()
             headers = {"Authorization": f"Basic {basic}", **headers}
         return headers
@@ -174,10 +205,10 @@ class Http(Bridge):
     ) -> Values:
         params = self.params(said, action)
         what, status, data, text, headers = await self._asked(said, params, values, goal)
-        if status == 401 and self.config.login not in (None, said):
-            await self._log_in(self.config.login)  # its token has run out, and nothing was done
+        if self.config.login not in (None, said) and self._has_expired(status, text):
+            await self._log_in(self.config.login)  # nothing was done
             what, status, data, text, headers = await self._asked(said, params, values, goal)
-        self._refuse(what, said, status, text)
+        self._refuse(what, said, status, text, headers)
         returns = self.config.written(action.returns.get("properties", {}), said.returns)
         above = {n: _in_header(headers, s) for n, s in returns.items() if "header" in s}
         returns = {name: schema for name, schema in returns.items() if name not in above}
@@ -206,7 +237,7 @@ class Http(Bridge):
 
         values = self.known | values
         method, template = said.request
-        path = fill(template, values, params, goal.id)
+        path = _path(template, values, params, goal.id)
         body = filled(said.body, values, params, goal.id)
         more: dict[str, Any] = {"json": body} if body is not None else {}
         if said.form is not None:
@@ -220,20 +251,38 @@ class Http(Bridge):
             async with (
                 asyncio.timeout(self.timeout_s(said)),
                 self._session.request(
-                    method, url, headers=self._headers(), allow_redirects=method == "get", **more
+                    method,
+                    url,
+                    headers=self._headers(),
+                    allow_redirects=method == "get" and not self.config.expired_moves,
+                    **more,
                 ) as got,
             ):
                 data = await got.read()
                 text = data.decode(got.charset or "utf-8", "backslashreplace")
-                return what, got.status, data, text, [f"{n}: {v}" for n, v in got.headers.items()]
+                above = [f"{n}: {v}" for n, v in got.headers.items()]
+                if place := got.headers.get("Location"):  # as a path of this device's own
+                    place = urljoin(str(got.url), place).removeprefix(self.config.url)
+                    above.insert(0, f"Location: {place}")
+                return what, got.status, data, text, above
         except TimeoutError as fault:
             wait = f"{self.timeout_s(said):g} s"
             raise NoAnswer(f"{what} and did not answer within {wait}") from fault
         except ClientError as fault:
             raise OSError(f"{what}: {fault or type(fault).__name__}") from fault
 
-    def _refuse(self, what: str, said: HttpAction, status: int, text: str) -> None:
+    def _has_expired(self, status: int, text: str) -> bool:
+        return any(
+            one == status if isinstance(one, int) else regular_expression(one).search(text)
+            for one in self.config.expired
+        )
+
+    def _refuse(
+        self, what: str, said: HttpAction, status: int, text: str, headers: list[str]
+    ) -> None:
         words = f"{what} and answered with status {status}: {text[:200].strip()}"
+        if status == 401 and any("www-authenticate: digest" in one.lower() for one in headers):
+            words += "; it wants `user`, `password` and `digest: true`"
         for name, error in {**self.config.errors, **said.errors}.items():
             if (error.code, error.answer) == (None, None) or error.code not in (None, status):
                 continue
@@ -244,6 +293,23 @@ class Http(Bridge):
         if status < 500:
             raise ActionFailed("Refused", words, "no")
         raise ActionFailed("DeviceError", words, "unknown")
+
+
+def _trusted(verify: bool | str) -> "ssl.SSLContext | bool":
+    """By which certificate the device is known; raises OSError."""
+    if isinstance(verify, bool):
+        return verify
+    try:
+        return ssl.create_default_context(cafile=Path(verify).expanduser())
+    except OSError as fault:  # it is not there, or none; the library does not say which file
+        raise OSError(f"`verify: {verify}` is no certificate: {fault}") from fault
+
+
+def _path(template: str, values: Values, params: Values, goal: str) -> str:
+    """Only what stands first may be a path, one that the device gave; other values are parts of one."""
+    first = match[0] if (match := WHOLE.match(template)) else ""
+    rest = fill(template.removeprefix(first), values, params, goal, escape=partial(quote, safe=""))
+    return fill(first, values, params, goal) + rest
 
 
 def _in_header(headers: list[str], schema: dict[str, Any]) -> Any:

@@ -16,7 +16,7 @@ from ..driver import ActionFailed, GoalContext, Place
 from .answers import OWN, BadAnswer, values
 from .bridge import Bridge, Values, doubtful
 from .config import ActionConfig, BridgeConfig, ConfigFault, pattern
-from .lines import LineConfig, Lines, NoAnswer
+from .lines import Expired, LineConfig, Lines, NoAnswer
 
 NUMBER_ERRORS: dict[str, tuple[Happened, str]] = {
     "BadAnswer": ("unknown", "The answer is not what this action returns"),
@@ -146,6 +146,7 @@ class LineBridge(Bridge):
         wanted = self.lines.pattern(said.answer) if said.answer is not None else None
         returns = self.config.written(action.returns.get("properties", {}), said.returns)
         first, wrong = True, list[str]()
+        self.lines.listening_for = None if sent else wanted
         asked = f"it was sent {sent!r}" if sent else "it was listened to"
         while True:
             try:
@@ -162,7 +163,12 @@ class LineBridge(Bridge):
             self.refuse(sent, text, said)
             try:
                 if said.lines is not None:
-                    more = await self.lines.lines_after(text, said.lines, until - clock())
+                    more = await self.lines.lines_after(
+                        text,
+                        said.lines,
+                        until - clock(),
+                        json=any("at" in s for s in returns.values()),
+                    )
                     text = "\n".join(more)
                 return self.read(text, returns, wanted)
             except BadAnswer as fault:
@@ -176,8 +182,27 @@ class LineBridge(Bridge):
         """The values of an answer; raises BadAnswer or NoNumber."""
         return values(text, returns, wanted, self.config.decimal)
 
+    async def _exchange(self, name: str, values: Values, goal: GoalContext) -> Values:
+        try:
+            return await super()._exchange(name, values, goal)
+        except Expired as fault:
+            await self.drop()
+            if self.out > 1:
+                raise self.failed("Rejected", name, str(fault), "unknown") from fault
+        await self._be_ready(name)
+        try:
+            return await super()._exchange(name, values, goal)
+        except Expired as fault:
+            words = f"{fault}, also after a new connection"
+            raise self.failed(
+                "Rejected", name, words, "no" if self.out <= 1 else "unknown"
+            ) from fault
+
     def refuse(self, sent: str, text: str, said: ActionConfig) -> None:
-        """Raise ActionFailed if this answer is an error that the lab names."""
+        """Raise ActionFailed if this answer is an error that the lab names; Expired for a new login."""
+        expired = self.config.expired
+        if expired is not None and self.lines.pattern(expired).search(text):
+            raise Expired(f"it was sent {sent!r} and answered {text[:80]!r}")
         for name, error in {**self.config.errors, **said.errors}.items():
             if error.answer is None:
                 continue

@@ -4,7 +4,7 @@ import asyncio
 import re
 from typing import Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from ...schemas.model import Model
 from ...schemas.patterns import regular_expression
@@ -132,11 +132,13 @@ class LineConfig(Model):
     prompt: str | list[str] | None = None
     frame: str | LengthFrame | None = None
     banner: str | None = None
+    expired: str | None = None
     login: list[Exchange] = Field(default_factory=list)
     checksum: Checksum | None = None
     escapes: dict[str, str] = Field(default_factory=dict)
     ignore: str | None = None
     pause: Time | None = None
+    pace: Time | None = None
     visa_library: str = "@py"
     baud: int = Field(default=9600, gt=0)
     bits: Literal[5, 6, 7, 8] = 8
@@ -151,15 +153,23 @@ class LineConfig(Model):
         read_resource(value)
         return value
 
-    @field_validator("banner", "ignore", "frame")
+    @field_validator("banner", "expired", "ignore", "frame")
     @classmethod
     def _is_a_pattern(cls, value: str | LengthFrame | None) -> str | LengthFrame | None:
         return value if isinstance(value, LengthFrame) else pattern(value)
 
-    @field_validator("pause")
+    @field_validator("pause", "pace")
     @classmethod
     def _is_a_pause(cls, value: Time | None) -> Time | None:
         return time(value)
+
+    @model_validator(mode="after")
+    def _is_a_stream(self) -> "LineConfig":
+        if self.pace is not None and read_resource(self.resource).kind not in ("tcp", "serial"):
+            raise ValueError(
+                "a `pace` is kept on serial ports and by TCP; elsewhere a line is sent whole"
+            )
+        return self
 
     @property
     def terminators(self) -> Terminator:
@@ -177,6 +187,10 @@ class LineConfig(Model):
 
 class NoAnswer(Exception):
     """Nothing came in time, or not what was waited for; the text says what did."""
+
+
+class Expired(NoAnswer):
+    """It answers that nobody is logged in any more, and so has done nothing."""
 
 
 class Lines:
@@ -197,8 +211,12 @@ class Lines:
         self._frame = config.frame
         self._binary = bool(config.frame is not None or config.escapes or self._end.begin)
         """Whether an answer is bytes, none of which is only blank."""
+        self.listening_for: Any = None
+        """The answer of an action that only listens: such a line is heard though `ignore` has it."""
         self._silence_s = seconds(self._end.silence) if self._end.silence is not None else None
         self._pause_s = seconds(config.pause) if config.pause is not None else 0.0
+        self._pace_s = seconds(config.pace) if config.pace is not None else 0.0
+        self._sending = asyncio.Lock()
 
     @property
     def is_open(self) -> bool:
@@ -241,6 +259,7 @@ class Lines:
 
     async def send(self, text: str) -> None:
         """Send a line, and let the instrument echo it; raises OSError or NoAnswer."""
+        self.listening_for = None
         if self._pause_s:
             await asyncio.sleep(self._pause_s)
         if self.resource.kind != "visa":
@@ -260,7 +279,12 @@ class Lines:
 
     async def at_once(self, text: str) -> None:
         """Send a line without waiting for anybody's turn: an abort."""
-        await self.channel.write(self._summed(text) + self._end.write.encode("latin-1"))
+        data = self._summed(text) + self._end.write.encode("latin-1")
+        size = 1 if self._pace_s else max(1, len(data))
+        async with self._sending:
+            for at in range(0, len(data), size):
+                await self.channel.write(data[at : at + size])
+                await asyncio.sleep(self._pace_s)
 
     def _summed(self, text: str) -> bytes:
         line, sums = self._encoded(text), self._config.checksum
@@ -309,22 +333,31 @@ class Lines:
     async def _pass_echo(self, text: str, until: float) -> None:
         """Drop what it repeats, which ends as what is sent does; one that does not is forgiven."""
         buffer, sent = self.channel.received, re.escape(self._summed(text).strip())
-        ends = {"\r", "\n", self._end.read or "\n", self._end.write}
+        ends = {"\r\n", "\r", "\n", self._end.read or "\n", self._end.write}
         end, begin = (
-            b"|".join(re.escape(one.strip(" ").encode("latin-1")) for one in sorted(marks))
+            b"|".join(
+                re.escape(one.strip(" ").encode("latin-1")) for one in sorted(marks, key=len)[::-1]
+            )
             for marks in (ends, {*ends - {""}, *(self._config.prompts or "\n")})
         )
-        echo = re.compile(rb"(?:^|%s) *%s *(?:%s)" % (begin, sent, end))
-        while (found := echo.search(buffer)) is None:
+        begun = rb"(?:^|%s) *%s" % (begin, sent)
+        while (found := re.search(rb"%s *(?:%s)" % (begun, end), buffer)) is None:
             whole = [self._decoded(line) for line in self._ending().split(bytes(buffer))[:-1]]
             if any(line.strip() and not self._ignored(line) for line in whole):
-                return
+                found = re.search(begun, buffer)  # its answer stands behind it, on the same line
+                break
             await self._more(until)
-        del buffer[: found.end()]
-        self._cut = False
+        if found is not None:
+            del buffer[: found.end()]
+            self._cut = False
 
-    async def lines_after(self, first: str, wanted: int | str, timeout_s: float) -> list[str]:
-        """An answer of so many lines, or up to one that a pattern finds, which is not part of it."""
+    async def lines_after(
+        self, first: str, wanted: int | str, timeout_s: float, *, json: bool = False
+    ) -> list[str]:
+        """An answer of so many lines, or up to one that a pattern finds.
+
+        That is not part of it, unless it is the last bracket of JSON.
+        """
         until = asyncio.get_running_loop().time() + timeout_s
         told = [first]
         last = regular_expression(wanted) if isinstance(wanted, str) else None
@@ -335,29 +368,40 @@ class Lines:
             except NoAnswer as fault:
                 lines = f"{len(told)} lines, the last {told[-1][:80]!r}"
                 raise NoAnswer(f"answered {lines}, and then {fault}") from fault
-        return told if last is None else told[:-1]
+        whole = last is None or (json and told[-1].strip() in ("}", "]"))
+        return told if whole else told[:-1]
 
     async def next_line(self, timeout_s: float) -> str:
         """One more line; raises NoAnswer, OSError."""
         return await self._line(asyncio.get_running_loop().time() + timeout_s)
 
     async def _line(self, until: float) -> str:
+        wrong: NoAnswer | None = None
         while True:
             line = self._taken_line()
             if line is None and self._silence_s is not None and await self._is_over():
                 line = self._decoded(self.channel.received)
                 self.channel.received.clear()
-            if line is None:
-                await self._more(until)
-            elif (line if self._binary else line.strip()) and not self._ignored(line):
-                return self._checked(line)
+            try:
+                if line is None:
+                    await self._more(until)
+                elif (line if self._binary else line.strip()) and not self._ignored(line):
+                    return self._checked(line)
+            except NoAnswer as fault:
+                if line is None or self.listening_for is None:
+                    raise wrong or fault from fault
+                wrong = fault  # of a stream, frames that are taken from the middle of two
+                if self._frame is not None:
+                    self.channel.received[:0] = self._encoded(line)[1:]
 
     async def _is_over(self) -> bool:
         """Something has come, and nothing more comes for as long as the lab says."""
         return bool(self.channel.received) and not await self.channel.more(self._silence_s or 0.0)
 
     def _ignored(self, line: str) -> bool:
-        return self._ignore is not None and self._ignore.search(line) is not None
+        if self._ignore is None or self._ignore.search(line) is None:
+            return False
+        return self.listening_for is None or self.listening_for.fullmatch(line.strip()) is None
 
     def _checked(self, line: str) -> str:
         """The line without checksum and length; raises NoAnswer if the checksum is another line's."""
@@ -398,7 +442,9 @@ class Lines:
             return None
         line = self._decoded(buffer[: found.start()])
         del buffer[: found.end()]
-        return line.rpartition(self._end.begin)[2] if self._end.begin else line.strip("\0")
+        if self._end.begin:
+            return line.rpartition(self._end.begin)[2]
+        return line.strip("\0\r\n" if not (self._end.read or "").strip("\r\n") else "\0")
 
     def _ending(self) -> "re.Pattern[bytes]":
         end = self._end.read
@@ -472,7 +518,9 @@ class Lines:
             buffer.clear()
             return data
         await self._at_least(start + 2 + digits, until)
-        size = int(buffer[start + 2 : start + 2 + digits])
+        if not (counted := bytes(buffer[start + 2 : start + 2 + digits])).isdigit():
+            raise NoAnswer(f"answered {self._decoded(buffer[:60])!r}, which is no binary block")
+        size = int(counted)
         end = start + 2 + digits + size
         await self._at_least(end, until)
         data = bytes(buffer[start + 2 + digits : end])
@@ -480,8 +528,13 @@ class Lines:
         return data
 
     async def _at_least(self, size: int, until: float) -> None:
-        while len(self.channel.received) < size:
-            await self._more(until)
+        while (told := len(self.channel.received)) < size:
+            try:
+                await self._more(until)
+            except NoAnswer:
+                if not told:
+                    raise
+                raise NoAnswer(f"sent {told} of {size} bytes: {self.heard[:60]!r}") from None
 
     async def _more(self, until: float) -> None:
         left = until - asyncio.get_running_loop().time()

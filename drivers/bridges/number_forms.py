@@ -1,8 +1,8 @@
-"""Numbers that are not written in decimal: as bytes (`>f4`, `<i2`, `u1`, `>u3`), as a mantissa and a power.
+"""Numbers that are not written in decimal: as bytes (`>f4`, `<i2`, `u1`, `>bcd3`), as a mantissa and a power.
 
 Of bytes, `<` is the lowest first, `>` the highest; `i` and `u` are whole numbers with and without a sign,
-`f` is IEEE 754; then how many they are. With `base: 16` they are written in hexadecimal. `mantissa: 4`
-is 1.234E+05 as `1234+5`, and with `power: -20` as `123425`.
+`f` is IEEE 754, of `bcd` each byte is two decimal digits; then how many they are. With `base: 16` they are
+written in hexadecimal. `mantissa: 4` is 1.234E+05 as `1234+5`, and with `power: -20` as `123425`.
 """
 
 import contextlib
@@ -12,7 +12,7 @@ import struct
 from collections.abc import Mapping
 from typing import Any
 
-KIND = re.compile(r"([<>]?)(?:([iu])([1-8])|f([248]))")
+KIND = re.compile(r"([<>]?)(?:(i|u|bcd)([1-8])|f([248]))")
 FLOATS = {2: "e", 4: "f", 8: "d"}
 FORMS = ("bytes", "mantissa")
 Schema = Mapping[str, Any]
@@ -43,7 +43,7 @@ def number_bytes(number: float, kind: str, *, in_hex: bool = False) -> str:
         if floats:
             data = struct.pack(order + FLOATS[size], number)
         else:
-            whole = round(number)
+            whole = int(f"{round(number)}", 16 if sign == "bcd" else 10)
             data = whole.to_bytes(size, "big" if order == ">" else "little", signed=sign == "i")
     except (OverflowError, struct.error):
         raise ValueError(f"{number:g} does not go into {kind}") from None
@@ -89,6 +89,11 @@ def _of_mantissa(text: str, schema: Schema) -> list[str]:
 
 def _read(data: bytes, kind: str) -> str:
     order, sign, size, floats = _parts(kind)
+    if sign == "bcd":
+        digits = (data if order == ">" else data[::-1]).hex()
+        if not digits.isdigit():
+            raise ValueError(f"{data.hex(' ')} is no {kind}: each of its digits is 0 to 9")
+        return str(int(digits))
     if not floats:
         return str(int.from_bytes(data, "big" if order == ">" else "little", signed=sign == "i"))
     form = order + FLOATS[size]

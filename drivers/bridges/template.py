@@ -1,6 +1,6 @@
 """What is sent, with the parameters put in: `VOLT:RANG {range:g}`, `OUTP {on:ON|OFF}`, `{{`."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from string import Formatter
 from typing import Any
 
@@ -39,9 +39,10 @@ def template_faults(text: str, params: Mapping[str, Any]) -> Iterator[str]:
 
 
 def fill(
-    text: str, given: Mapping[str, Any], params: Mapping[str, Any], goal: str, decimal: str = "."
-) -> str:
-    """The text as it is sent; a parameter that is not given has its default.
+    text: str, given: Mapping[str, Any], params: Mapping[str, Any], goal: str, decimal: str = ".",
+    *, escape: Callable[[str], str] = str,
+) -> str:  # fmt: skip
+    """The text as it is sent, each value in it by `escape`; a parameter that is not given has its default.
 
     Raises ActionFailed (Rejected) for a text with control characters: it would be a second command.
     """
@@ -66,7 +67,7 @@ def fill(
             raise ActionFailed(
                 "Rejected", f"{name}: {put!r} has control characters; nothing was sent", "no"
             )
-        made.append(put)
+        made.append(escape(put))
     return "".join(made)
 
 

@@ -3,6 +3,7 @@
 See docs/how-to/instruments-in-yaml.md.
 """
 
+import asyncio
 import contextlib
 import json
 from collections.abc import Iterator
@@ -197,9 +198,11 @@ class Text(LineBridge):
         """A command without an answer may be refused all the same."""
         errors = {**self.config.errors, **said.errors}.values()
         if said.done is None and any(error.answer is not None for error in errors):
+            clock = asyncio.get_running_loop().time
+            until = clock() + REFUSED_S
             with contextlib.suppress(NoAnswer):
-                while True:
-                    self.refuse(sent, await self.lines.next_line(REFUSED_S), said)
+                while True:  # until the time is up: one that speaks by itself never is silent
+                    self.refuse(sent, await self.lines.next_line(until - clock()), said)
 
     async def _until_said(self, words: str, sent: str, said: TextAction) -> None:
         """Pass over lines until one that says so; raises NoAnswer, or ActionFailed for an error."""

@@ -36,6 +36,9 @@ VOLT, CELSIUS = {"type": "number", "unit": "V"}, {"type": "number", "unit": "deg
         ("1.5E-3 MBAR", {"type": "number", "unit": "mbar"}, 0.0015),
         ("5 MIN", {"type": "number", "unit": "s"}, 300.0),
         ("5 MOHM", {"type": "number", "unit": "ohm"}, 5e6),
+        ("1.2 LPM", {"type": "number", "unit": "ml/min"}, 1200.0),
+        ("0.4 ppb", {"type": "number", "unit": "ppm"}, 0.0004),
+        ("10 mW", {"type": "number", "unit": "dBm"}, 10.0),
         ("5 mOhm", {"type": "number", "unit": "ohm"}, 0.005),
         ("5 VOLTS", VOLT, 5.0),
         ("12.5 sccm", {"type": "number", "unit": "sccm"}, 12.5),
@@ -79,6 +82,11 @@ def test_a_value_is_read_in_the_contracts_unit(text, schema, wanted):
         ("23,5 V", VOLT, "a decimal comma"),
         ("maybe", {"type": "boolean"}, "neither on nor off"),
         ("1.5 V", {"type": "number"}, "the contract has none"),
+        (
+            "0 mW",
+            {"type": "number", "unit": "dBm"},
+            "0 mW has no logarithm, so it is nothing in dBm",
+        ),
         ("1230 MV", VOLT, "MV may be megavolt or millivolt"),
         (
             "10 mhz",

@@ -1,6 +1,7 @@
 """A shaker with an HTTP interface, in a process of its own."""
 
 import asyncio
+from pathlib import Path
 from urllib.parse import quote
 
 import pytest
@@ -105,7 +106,7 @@ def test_a_job_is_asked_for_where_its_header_says(peer, once):
     there = peer("http_peer.py")
     queue = {
         "post": "/jobs", "body": {}, "until": {"do": "ask", "state": "done"},
-        "returns": {"job": {"type": "string", "header": "location: /api(.*)"}},
+        "returns": {"job": {"type": "string", "header": "location: (.*)"}},
     }  # fmt: skip
     ask = {
         "get": "{job}", "params": {"job": {"type": "string"}},
@@ -236,6 +237,63 @@ def test_a_login_that_is_refused_is_said_in_its_words(peer, once):
 
     with pytest.raises(OSError, match=r"does not let it in.*POST /login.*wrong password"):
         once("http", config(peer("http_peer.py").where, **wrong, errors={}, abort=None), "dose")
+
+
+def test_a_session_of_cookies_that_has_run_out_is_begun_anew(peer, ask):
+    """And a text in a path or a question is that text, not another command."""
+    there = peer("http_peer.py")
+    areas = {"type": "array", "items": {"type": "number"}, "at": "peaks.*.area"}
+    said = {
+        "url": there.where, "login": {"post": "/cookie", "form": {"password": "secret"}}, "expired": 302,
+        "actions": {"command": {
+            "get": "/command/{name}?v={v:+.1f}&note={note}", "effect": "once", "returns": {"areas": areas},
+            "params": {"name": {"type": "string"}, "v": {"unit": "V"}, "note": {"type": "string"}},
+        }},
+    }  # fmt: skip
+
+    async def story(driver):
+        do = driver.method("command")
+        return [
+            await do(GoalContext(f"run/x/{number}"), name=name, v=1.5, note="a&v=9 %")
+            for number, name in enumerate(("A", "B", "../C?x=1"))
+        ]
+
+    assert ask("http", said, story) == [{"areas": [12.5, 0.5]}] * 3
+    assert [one["to"] for one in there.done("command")] == ["A", "B", "../C?x=1"]
+    assert {(one["v"], one["note"]) for one in there.done("command")} == {("+1.5", "a&v=9 %")}
+
+
+def test_one_that_wants_a_digest_gets_one(peer, once):
+    said = {
+        "url": peer("http_peer.py").where, "user": "ada", "password": "x",
+        "actions": {"t": {"get": "/digest", "returns": {"t": {"unit": "degC"}}}},
+    }  # fmt: skip
+
+    assert once("http", {**said, "digest": True}, "t") == {"t": 21.5}
+    with pytest.raises(ActionFailed, match="it wants `user`, `password` and `digest: true`"):
+        once("http", said, "t")
+
+
+def test_one_that_has_made_its_certificate_itself_is_trusted_by_it(peer, once):
+    own = str(Path(__file__).parent / "peers" / "device.pem")
+    said = config(peer("http_peer.py", certificate=own).where)
+
+    assert once("http", {**said, "verify": own}, "second") == {"x": 2}
+    assert once("http", {**said, "verify": False}, "second") == {"x": 2}
+    with pytest.raises(
+        OSError, match=r"self-signed certificate.*`verify: device\.pem` trusts its own"
+    ):
+        once("http", said, "second")
+    with pytest.raises(OSError, match=r"`verify: no\.pem` is no certificate"):
+        once("http", {**said, "verify": "no.pem"}, "second")
+
+
+def test_what_is_done_when_nobody_is_logged_in_needs_a_login():
+    said = HttpConfig(url="http://a", expired="login", actions={"x": {"get": "/"}})
+
+    assert [fault.message for fault in said.faults(said.contract("x@1"), apart=False)] == [
+        "there is no `login` that would be done again"
+    ]
 
 
 def test_a_header_that_nothing_fills_is_told():

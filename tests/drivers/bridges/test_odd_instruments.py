@@ -128,6 +128,10 @@ REFUSED = {
     "acquisition": ("output", {"u": 99}, "Rejected", "no"),
     "controller485": ("wrong", {}, "Refused", "no"),
     "peristaltic": ("wrong", {}, "Refused", "no"),
+    "dosing": ("dose", {"volume": 900}, "TooMuch", "no"),
+    "thermostat": ("heat", {"to": 300}, "Range", "no"),
+    "mixer": ("block", {}, "Timeout", "unknown"),
+    "vessel": ("wrong", {}, "Refused", "no"),
 }
 
 
@@ -229,6 +233,27 @@ REFUSED = {
             ("flow", {}, {"flow": 12.5}),
             ("set", {"to": 50}, {}),
         ], [{"done": "set", "to": 16000}]),
+        ("dosing", BUS["dosing"], [
+            ("rate", {}, {"rate": 1250}),
+            ("set", {"to": 2500}, {}),
+            ("rate", {}, {"rate": 2500}),
+            ("dose", {"volume": -12.5}, {}),
+            ("level", {}, {"volume": 12.5}),
+        ], [{"done": "rate", "to": 2500}, {"done": "dose", "nl": -12500}]),
+        ("thermostat", BUS["thermostat"], [
+            ("temperature", {}, {"t": 21.37}),
+            ("heat", {"to": 37.5}, {}),
+        ], [{"done": "set", "to": "37.5"}]),
+        ("mixer", BUS["mixer"], [
+            ("set", {"to": 12.5}, {}),
+            ("all", {}, {"n": [1, 2], "flow": [12.5, 0.5]}),
+            ("pressure", {}, {"p": 1013}),
+            ("air", {}, {"t": 21.5, "humidity": 40, "p": 1013}),
+            ("json", {}, {"t": 21.5, "of": [1, 2]}),
+        ], [{"done": "set", "to": "12.5"}]),
+        ("vessel", KEYED + "expired: ^ERR KEY", [
+            ("dose", {}, {}), ("dose", {}, {}), ("dose", {}, {}), ("trace", {}, {"u": [0.5, -1.25, 0.125]}),
+        ], [{"done": "dose", "key": "K1"}, {"done": "dose", "key": "K1"}, {"done": "dose", "key": "K2"}]),
         ("peristaltic", BUS["peristaltic"], [
             ("rate", {}, {"rate": 0.15}),
             ("set", {"to": 2.5}, {}),
@@ -297,6 +322,42 @@ def test_a_line_that_has_lost_its_beginning_is_none(tmp_path):
 
     assert asyncio.run(story(heard_at=float("inf"))) == "ST 12.34 g"
     assert asyncio.run(story(heard_at=float("-inf"))) == "2.34 g"  # what stood there had ended
+
+
+def test_a_stream_of_frames_is_found_from_its_middle(tmp_path):
+    """Where the first sign of a frame stands within another, only the checksum tells."""
+    said = TextConfig(
+        resource="a:1", terminator="", frame="\x07.{4}", checksum={"of": "sum", "form": "c", "skips": 1},
+        actions={"p": {"answer": "(?s).*"}},
+    )  # fmt: skip
+
+    async def story():
+        lines = Lines(Place("gauge", {}, {}, tmp_path, tmp_path), said)
+        lines.listening_for = lines.pattern(".*")
+        lines.channel.take(b"\x07\x05\x0e" + 2 * b"\x07\x02\x07\x05\x0e")
+        return await lines.next_line(500)
+
+    assert asyncio.run(story()) == "\x07\x02\x07\x05"
+
+
+def test_one_that_is_slow_to_hear_gets_a_line_sign_by_sign(tmp_path):
+    said = TextConfig(resource="a:1", pace="1 ms", actions={"v": {"send": "V?"}})
+    sent = []
+
+    async def story():
+        lines = Lines(Place("supply", {}, {}, tmp_path, tmp_path), said)
+
+        async def write(data):
+            sent.append(data)
+
+        lines.channel.write = write
+        await asyncio.gather(lines.send("V?"), lines.at_once("X"))
+
+    asyncio.run(story())
+    assert sorted(b"".join(sent).split()) == [b"V?", b"X"]  # an abort does not go out within a line
+    assert {len(one) for one in sent} == {1}
+    with pytest.raises(ValueError, match="a `pace` is kept on serial ports and by TCP"):
+        TextConfig(resource="udp://a:1", pace="1 ms", actions={"v": {"send": "V?"}})
 
 
 def test_code_words_stand_for_words_booleans_and_numbers():

@@ -286,7 +286,71 @@ class Peristaltic:
         return b"^U1|overheated\r\n#"
 
 
+class Dosing:
+    """A5, its number, a length, a code, BCD or three bytes with a sign, two's complement of the sum."""
+
+    rate, level = 1250, 0
+
+    def frames(self, data):
+        while len(data) > 3 and len(data) >= data[2] + 4:
+            yield data[: data[2] + 4]
+            data = data[data[2] + 4 :]
+
+    def hears(self, frame):
+        number, code, given, status, told = frame[1], frame[3], frame[4:-1], 0, b""
+        if sum(frame[1:]) % 256:
+            status = 0x16
+        elif code == 1:
+            told = bytes.fromhex(f"{self.rate:06d}")
+        elif code == 2:
+            self.rate = int(given.hex())
+            self.done("rate", to=self.rate)
+        elif code == 3 and abs(nl := int.from_bytes(given, "big", signed=True)) <= 500_000:
+            self.level -= nl
+            self.done("dose", nl=nl)
+        elif code == 4:
+            told = self.level.to_bytes(3, "big", signed=True)
+        else:
+            status = 0x15
+        body = bytes([number | 0x80, len(told) + 1, status]) + told
+        return b"\xa5" + body + bytes([-sum(body) % 256])
+
+
+class Thermostat:
+    """Repeats each line with CR and LF, and begins its answer in the same line or in the next."""
+
+    end = b"\r"
+
+    def hears(self, line):
+        if line == b"PV?":
+            return b"PV?+021.37 C\r\n"
+        if not line.startswith(b"SP=") or float(line[3:]) > 200:
+            return line + b"\r\n?RANGE\r\n"
+        self.done("set", to=line[3:].decode())
+        return line + b"\r\nOK\r\n"
+
+
+class Mixer:
+    """Says by itself what goes on, and never stops; a table, blanks between values, JSON in lines."""
+
+    end = b"\n"
+    chatter = b"*17 F=12.5 P=1.013 bar\r\n"
+
+    def hears(self, line):
+        match line.split():
+            case [b"SET", _, to]:
+                self.done("set", to=to.decode())
+                return b"NAK\r\n" if float(to) > 500 else b""
+            case [b"ALL"]:
+                return b"BEGIN\r\nCH1 12.50 ml/min\r\n!ALARM 3\r\nCH2 0.50 ml/min\r\nEND\r\n"
+            case [b"AIR"]:
+                return b"21.5\t40  1013\r\n"
+            case [b"JSON"]:
+                return b'{\r\n "t": 21.5,\r\n "of": [\r\n  {"n": 1},\r\n  {"n": 2}\r\n ]\r\n}\r\n'
+        return b"#1x\r\n"
+
+
 INSTRUMENTS = (
     Stepper, Bath, Gauges, IonPump, Manometer, Syringe, Flow, Stage, Sketch, Service, Acquisition,
-    Controller485, Peristaltic,
+    Controller485, Peristaltic, Dosing, Thermostat, Mixer,
 )  # fmt: skip

@@ -1,7 +1,9 @@
 """A shaker with an HTTP interface, in a process of its own; what it does is in FOLDER/done.jsonl."""
 
 import asyncio
+import hashlib
 import json
+import ssl
 import sys
 from pathlib import Path
 
@@ -52,7 +54,7 @@ async def post_job(request):
     number = len(jobs) + 1
     jobs[number] = [0, (await request.json()).get("fails", False)]
     done("job", number=number)
-    place = {"Location": f"/api/moved/{number}"}
+    place = {"Location": f"http://{request.host}/api/moved/{number}"}
     return web.json_response({"job": {"id": number}}, status=201, headers=place)
 
 
@@ -101,6 +103,50 @@ async def guarded(request):
     return web.Response()
 
 
+async def cookie(request):
+    """A page lets in who knows the password, by a cookie that is good for two commands."""
+    if (await request.post()).get("password") != "secret":
+        return web.Response(text="<html>wrong</html>")
+    tokens.append(f"C{len(tokens) + 1}")
+    left[tokens[-1]] = 2
+    answer = web.Response(text="<html>hello</html>")
+    answer.set_cookie("SID", tokens[-1])
+    return answer
+
+
+async def command(request):
+    """What is in its path and its question, for whoever has a cookie; others are led to a page."""
+    token = request.cookies.get("SID", "")
+    if left.get(token, 0) < 1:
+        raise web.HTTPFound("/api/page")
+    left[token] -= 1
+    done("command", to=request.match_info["to"], **request.query)
+    return web.json_response({"peaks": [{"area": 12.5}, {"area": 0.5}]})
+
+
+async def page(request):
+    return web.Response(text="<form>password?</form>", content_type="text/html")
+
+
+async def digest(request):
+    """RFC 7616 with MD5, as small servers have it."""
+    given = request.headers.get("Authorization", "")
+    told = {
+        one.split("=", 1)[0].strip(): one.split("=", 1)[1].strip('"')
+        for one in given[7:].split(", ")
+        if one
+    }
+    parts = [told.get(name, "") for name in ("nonce", "nc", "cnonce", "qop")]
+    if told.get("response") != md5(md5("ada:box:x"), *parts, md5(f"GET:{request.path}")):
+        wants = 'Digest realm="box", nonce="n1", qop="auth", algorithm=MD5'
+        return web.Response(status=401, headers={"WWW-Authenticate": wants})
+    return web.json_response({"t": 21.5})
+
+
+def md5(*parts):
+    return hashlib.md5(":".join(parts).encode()).hexdigest()
+
+
 async def stop(request):
     state["busy"] = False
     done("stop")
@@ -124,14 +170,22 @@ async def main():
     app.router.add_post("/api/jobs", post_job)
     app.router.add_get("/api/jobs/{number}", get_job)
     app.router.add_get("/api/moved/{number}", moved)
+    app.router.add_post("/api/cookie", cookie)
+    app.router.add_get("/api/command/{to}", command)
+    app.router.add_get("/api/page", page)
+    app.router.add_get("/api/digest", digest)
     app.router.add_get("/api/odd/{text:.*}", odd)
     runner = web.AppRunner(app)
     await runner.setup()
-    site = web.TCPSite(runner, "127.0.0.1", 0)
+    context = None
+    if pair := habits.get("certificate"):
+        context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+        context.load_cert_chain(pair)
+    site = web.TCPSite(runner, "127.0.0.1", 0, ssl_context=context)
     await site.start()
     done("on")
     (folder / "where.part").write_text(
-        f"http://127.0.0.1:{site._server.sockets[0].getsockname()[1]}/api"
+        f"http{'s' if context else ''}://127.0.0.1:{site._server.sockets[0].getsockname()[1]}/api"
     )
     (folder / "where.part").replace(folder / "where")
     await asyncio.Event().wait()

@@ -176,7 +176,18 @@ class Keyed:
         return b"21.5\r" if command == b"T?" else b"ERR COMMAND\r"
 
 
-OWN = (Gauge, Controller, Pump, Station, Chiller, Spectrometer, Potentiostat, Keyed)
+class Vessel(Keyed):
+    """A key is good for two commands."""
+
+    left = 0
+
+    def hears(self, line):
+        self.left = 3 if line == b"HELLO" else self.left
+        self.left -= 1
+        return super().hears(line) if self.left >= 0 else b"ERR KEY\r"
+
+
+OWN = (Gauge, Controller, Pump, Station, Chiller, Spectrometer, Potentiostat, Keyed, Vessel)
 KINDS = {one.__name__.lower(): one for one in (*OWN, *INSTRUMENTS)}
 
 
@@ -215,10 +226,19 @@ def alone(there):
         there.asking -= 1
 
 
+def chat(connection, line):
+    with contextlib.suppress(OSError):
+        while True:
+            connection.sendall(line)
+            time.sleep(0.03)
+
+
 def serve(connection, there, lock):
     left = b""
     with connection:
         connection.sendall(getattr(there, "greets", b""))
+        if chatter := getattr(there, "chatter", b""):
+            threading.Thread(target=chat, args=(connection, chatter), daemon=True).start()
         while data := connection.recv(4096):
             whole = frames(there, left + data)
             while True:
