@@ -23,7 +23,10 @@ async def reach(controller: Controller, boot_s: float) -> None:
         await _greet(controller, boot_s)
         _check_age(controller)
         lines = await controller.ask("$$")
-        controller.configure(Settings.read(lines, await _options(controller)))
+        settings = Settings.read(lines, await _options(controller))
+        if settings.unfit:
+            raise OSError(f"{controller.port.name}: {settings.unfit}")
+        controller.configure(settings)
         await _learn_offset(controller)
     except BaseException as fault:  # a cancel as well
         controller.disconnected(str(fault))

@@ -3,9 +3,11 @@
 import asyncio
 from abc import abstractmethod
 
+from ..driver import ActionFailed, GoalContext
 from ..motion.bench import LETTERS
 from ..motion.faults import MotionFault
 from ..motion.jog_rules import JogRules
+from .settings import Settings
 
 MODES = "G21G90G94"
 """Millimetres, absolute, per minute: in every line, since a reset or another program may unset it."""
@@ -15,6 +17,24 @@ OVERRIDE_LOOKS, OVERRIDE_S = 20, (0.03, 0.1, 0.3)
 
 class GrblDialect(JogRules):
     """A gantry behind GRBL, over a serial port or through OpenBuilds CONTROL."""
+
+    laser_mode = False
+
+    def _learn(self, settings: Settings) -> None:
+        """What its settings say beside the ranges."""
+        self.full_power, self.tolerance = settings.full_power, settings.tolerance
+        self.laser_mode = settings.laser_mode
+
+    async def _switch(self, goal: GoalContext, output: str, on: bool, power: float) -> None:
+        if on and self.laser_mode and self.outputs[output].has_power:
+            raise ActionFailed(
+                "NotAvailable",
+                f"{self._name()} is in laser mode ($32=1), in which {output} stays dark while it stands, "
+                f"though it answers `ok`: write $32=0; or, for one that is to shine in moves with `feed` "
+                f"only, write it as lines, {output}: {{on: M3 S{self.full_power:g}, off: M5}}",
+                "no",
+            )
+        await super()._switch(goal, output, on, power)
 
     @abstractmethod
     async def _at_once(self, data: bytes) -> None:

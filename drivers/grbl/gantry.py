@@ -129,8 +129,7 @@ class Grbl(GrblDialect):
         await reach(self.controller, float(self.place.config.get("boot_s", 3)))
         if "home_here" not in self.place.config:
             self.bench = read_bench(self.place.config, self.limits, self.controller.settings.ranges)
-        settings = self.controller.settings
-        self.full_power, self.tolerance = settings.full_power, settings.tolerance
+        self._learn(self.controller.settings)
         self._read_report()
 
     async def _keep(self) -> None:

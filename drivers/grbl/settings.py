@@ -1,8 +1,9 @@
 """A controller's `$` settings, as far as a gantry needs them."""
 
+import math
 from dataclasses import dataclass, field
 
-from ..motion.bench import Point
+from ..motion.bench import LETTERS, Point
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +52,28 @@ class Settings:
     @property
     def travel(self) -> Point:
         return self._each(130, 200.0)
+
+    @property
+    def unfit(self) -> str:
+        """Why no move can end with these settings, and what to write; empty if nothing is wrong."""
+        needs = (
+            (100, self.steps_per_mm, "steps per mm"),
+            (110, self.max_rate, "its fastest rate in mm/min"),
+            (120, self.acceleration, "its acceleration in mm/s2"),
+        )
+        for first, values, what in needs:
+            for axis, value in enumerate(values):
+                if not 0 < value < math.inf:
+                    return (
+                        f"${first + axis} is {value:g}, so a move of {LETTERS[axis]} never ends: write "
+                        f"{what}, `${first + axis}=...` (anything above 0 for an axis that is not there)"
+                    )
+        return ""
+
+    @property
+    def laser_mode(self) -> bool:
+        """A spindle output is dark except in moves with a feed."""
+        return self.values.get(32) == 1
 
     @property
     def homing(self) -> bool:

@@ -165,7 +165,7 @@ class RealGantry(AnyGantry):
         with self._telling("hold"):
             if self._doing == "move":
                 await self._hold()
-            elif self._doing in ("jog", "touch"):  # these cannot be gone on with: they end
+            elif self._doing is not None:  # homing, a jog, a touch cannot be gone on with: they end
                 self._stopped = True
                 await self._stop()
         return {}
@@ -356,7 +356,11 @@ class RealGantry(AnyGantry):
     def _ending(self, goal: GoalContext, error: str, happened: Happened) -> Exception:
         """How a motion that was ended early is reported."""
         machine = self._place_known()
-        where = place_words(self.bench.to_bench(machine)) if machine else "an unknown position"
+        where = (
+            place_words(self.bench.to_bench(machine))
+            if machine and self.homed
+            else "an unknown position"
+        )
         if goal.cancelled.is_set():
             return ActionCanceled(f"stopped at {where}")
         words = f"a stop ended the motion of {self._name()} at {where}"

@@ -135,8 +135,10 @@ class OpenBuilds(GrblDialect):
                 ) from fault
         lines = [f"{number}={value}" for number, value in control.settings.items()]
         settings = Settings.read(lines, control.look().options)
+        if settings.unfit:
+            raise OSError(f"{self._name()}: {settings.unfit}")
         self.bench = read_bench(self.place.config, self.limits, settings.ranges)
-        self.tolerance, self.full_power = settings.tolerance, settings.full_power
+        self._learn(settings)
         control.unsettle()  # opening the port has booted the controller
         with contextlib.suppress(Lost):
             await control.view_at_rest()

@@ -156,6 +156,8 @@ class SimGantry(AnyGantry, Twin):
     async def hold(self, goal: GoalContext) -> dict[str, Any]:
         if self.ride.state == "moving":
             self.ride.hold = True
+        elif self.ride.state == "homing":
+            self.ride.stop = True  # as a real one: it cannot be gone on with
         return {}
 
     async def resume(self, goal: GoalContext) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from pathlib import Path
 from labrun.drivers.simulated.twins.axis import Move
 
 SETTINGS = {
-    0: 10, 10: 1, 13: 0, 20: 0, 21: 1, 22: 1, 23: 3, 27: 5.0,
+    0: 10, 10: 1, 13: 0, 20: 0, 21: 1, 22: 1, 23: 3, 27: 5.0, 32: 0,
     100: 199.1, 101: 199.1, 102: 199.1, 110: 2500.0, 111: 2500.0, 112: 2500.0,
     120: 150.0, 121: 150.0, 122: 150.0, 130: 810.0, 131: 730.0, 132: 90.0,
 }  # fmt: skip
@@ -411,7 +411,8 @@ class Peer:
         if number not in (3, 5, 8, 9):  # M7 is not built in
             return self.say("error:20")
         self.outputs -= {3} if number == 5 else {8} if number == 9 else set()
-        self.outputs |= {number} & {3, 8}
+        # In laser mode a spindle is dark outside of G1, and answered with `ok`.
+        self.outputs |= {number} & ({8} if self.settings[32] else {3, 8})
         return self._ok(text)
 
     def _probe(self, values, codes):

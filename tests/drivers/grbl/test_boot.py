@@ -88,6 +88,20 @@ def test_a_board_that_does_not_boot_when_its_port_is_opened_is_found_by_its_repo
     assert "18" in peer.heard
 
 
+@pytest.mark.parametrize(
+    ("settings", "why"),
+    [
+        ({100: 0.0}, r"$100 is 0, so a move of X never ends: write steps per mm, `$100=...`"),
+        ({112: 0.0}, r"$112 is 0, so a move of Z never ends: write its fastest rate"),
+        ({121: 0.0}, r"$121 is 0, so a move of Y never ends: write its acceleration"),
+    ],
+)
+def test_settings_with_which_no_move_would_end_are_refused(peers, gantry, settings, why):
+    peer = peers(settings=settings)
+
+    assert fault_of(gantry(peer)).startswith(f"{peer.path}: {why}")
+
+
 def test_no_such_port(tmp_path):
     driver = Grbl(Place("gantry", {"port": "/dev/ttyNONE7"}, {}, tmp_path, tmp_path))
 

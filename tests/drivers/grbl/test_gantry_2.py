@@ -108,6 +108,23 @@ def test_outputs_are_switched_and_the_safe_state_switches_them_off(peer, gantry,
     assert "M3S250.000" in peer.heard
 
 
+def test_in_laser_mode_an_output_that_would_stay_dark_is_told(peers, gantry, played):
+    peer = peers(settings={32: 1})
+
+    async def story(driver):
+        with pytest.raises(
+            ActionFailed, match=r"^NotAvailable: .*\$32=1.*laser: \{on: M3 S1000, off: M5"
+        ):
+            await driver.set_output(GoalContext("a"), output="laser", on=True)
+        await driver.set_output(GoalContext("b"), output="laser", on=False)
+        await driver.set_output(GoalContext("c"), output="cutter", on=True)
+
+    lines = {"on": "M3 S1000", "off": "M5"}
+    played(gantry(peer, outputs={"laser": "spindle", "cutter": lines}), story)
+
+    assert "M5" in peer.heard and peer.heard[-1] != "M3S1000.000"
+
+
 @pytest.mark.parametrize("fluid", [False, True])
 def test_an_override_is_seen_in_the_reports(peers, gantry, played, fluid):
     peer = peers(fluid=fluid)

@@ -55,7 +55,7 @@ def test_homing_that_is_switched_off_says_how_to_go_on(peers, gantry, played):
     played(gantry(peers(settings={22: 0})), story, homed=False)
 
 
-@pytest.mark.parametrize("way", ["cancel", "safe"])
+@pytest.mark.parametrize("way", ["cancel", "safe", "hold"])
 def test_homing_can_be_broken_off_and_the_place_is_then_unknown(peers, gantry, played, way):
     peer = peers(speed=4, homing_s=16.6)
 
@@ -65,6 +65,8 @@ def test_homing_can_be_broken_off_and_the_place_is_then_unknown(peers, gantry, p
         await asyncio.sleep(0.3)
         if way == "cancel":
             goal.cancelled.set()
+        elif way == "hold":
+            await driver.hold(GoalContext("hold"))
         else:
             await driver.safe()
         with pytest.raises((ActionCanceled, ActionFailed)) as ended:
