@@ -7,13 +7,14 @@ Configuration: `url` (http://localhost:7125), `api_key`, `origin`, `axes`, `keep
 import asyncio
 import contextlib
 import re
+from collections.abc import Iterator
 from typing import Any, ClassVar
 
 from ...system.tasks import end, spawn
 from ..driver import GoalContext, Place
 from ..motion.bench import LETTERS, Point, read_bench
 from ..motion.config import PLACING
-from ..motion.faults import Ended, HomingFailed, MotionFault, NotStopped, NotThere, Silent
+from ..motion.faults import Ended, HomingFailed, MotionFault, NotStopped, NotThere, Refused, Silent
 from ..motion.fed_gantry import FedGantry, fastest
 from .link import Link
 
@@ -74,7 +75,8 @@ class Moonraker(FedGantry):
     async def _home(self, goal: GoalContext) -> None:
         link = self.link
         link.homed = False
-        with self._moving(goal, "home"):
+        with self._moving(goal, "home"), _may_have_moved():
+            await link.learn()  # Klipper's answer to another program may be ahead of its own news
             if link.halted:
                 await self._restart()
             seconds = float(self.place.config.get("homing_timeout", 120))
@@ -122,6 +124,7 @@ class Moonraker(FedGantry):
         self._check_connected("unlock")
         link = self.link
         with self._telling("unlock"):
+            await link.learn()
             if link.halted:
                 await self._restart()
         return {}
@@ -171,6 +174,7 @@ class Moonraker(FedGantry):
         if said and at and shown:
             x, y, z = (float(said[-1][i + 1]) + at[i] - shown[i] for i in range(3))
             self._at = (x, y, z)
+            self.link.status.get("motion_report", {}).pop("live_position", None)  # older than this
             return self._at
         await self._query()
         x, y, z, *_ = self.link.status["toolhead"]["position"]
@@ -178,7 +182,8 @@ class Moonraker(FedGantry):
         return self._at
 
     async def _piece(self, place: dict[int, float], speed: float) -> None:
-        await self.link.run(self._move_line(place, speed * 60), MOTION_S)
+        # Another program may have set relative moves at any time.
+        await self.link.run(f"G90\n{self._move_line(place, speed * 60)}", MOTION_S)
 
     def _fastest(self, way: dict[int, float]) -> tuple[float, float]:
         toolhead = self.link.status["toolhead"]
@@ -205,6 +210,8 @@ class Moonraker(FedGantry):
         )
 
     async def _carry_out(self, line: str) -> None:
+        if self.link.halted:  # it has switched its pins to where its configuration wants them then
+            raise Refused(self.link.alarm)
         await self.link.run(line)
         await self.link.run("M400", MOTION_S)
 
@@ -223,3 +230,12 @@ class Moonraker(FedGantry):
 
     def _name(self) -> str:
         return f"{self.place.device} (Klipper by {self.link.url})"
+
+
+@contextlib.contextmanager
+def _may_have_moved() -> Iterator[None]:
+    """Klipper refuses a homing half way, too."""
+    try:
+        yield
+    except Refused as fault:
+        raise HomingFailed(str(fault)) from fault

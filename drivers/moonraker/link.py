@@ -1,6 +1,7 @@
 """Talk to Moonraker: JSON-RPC over its WebSocket, and what Klipper behind it reports of itself."""
 
 import asyncio
+import contextlib
 import itertools
 import json
 from typing import TYPE_CHECKING, Any
@@ -27,6 +28,9 @@ WATCHED = {
     "motion_report": ["live_position", "live_velocity"],
     "webhooks": ["state", "state_message"],
 }
+REFUSALS = {"Must home axis first": "NotHomed", "Move out of range": "SoftLimit"}
+"""The contract's names for how Klipper refuses a move."""
+
 NOT_READY = {"notify_klippy_disconnected": "disconnected", "notify_klippy_shutdown": "shutdown"}
 
 
@@ -92,7 +96,7 @@ class Link:
         """Connect and subscribe; raises OSError with the reason."""
         import aiohttp
 
-        await self.close("it is connected again")
+        await self.close("it is being connected again")
         self._http = aiohttp.ClientSession()
         try:
             async with asyncio.timeout(CONNECT_S):
@@ -125,8 +129,9 @@ class Link:
         """Ask what state Klipper is in, and for its reports if it is ready; raises MotionFault."""
         info = await self.ask("server.info")
         self._state = str(info.get("klippy_state"))
-        if self._state in ("error", "shutdown"):
-            self._why = str((await self.ask("printer.info")).get("state_message"))
+        if self._state not in ("disconnected", "startup"):  # Klipper itself knows better
+            told = await self.ask("printer.info")
+            self._state, self._why = str(told.get("state")), str(told.get("state_message"))
         if self._state == "ready":
             told = await self.ask("printer.objects.subscribe", objects=WATCHED)
             self.status = {}
@@ -168,7 +173,12 @@ class Link:
         """Carry out a line; Klipper answers when it has taken it up. What it said; raises MotionFault."""
         async with self._turn:
             self._said.clear()
-            await self.ask("printer.gcode.script", seconds, script=script)
+            try:
+                await self.ask("printer.gcode.script", seconds, script=script)
+            except Refused:
+                with contextlib.suppress(MotionFault):
+                    await self.learn()  # the news of a halt come a quarter of a second later
+                raise
             said = list(self._said)
         if any("Unknown command" in line for line in said):
             raise NotThere(f"Klipper has nothing that does `{script}`")
@@ -191,15 +201,16 @@ class Link:
         answer = self._asked.get(told.get("id", 0))
         if answer is not None and not answer.done():
             if "error" in told:
-                words = str(told["error"].get("message", told["error"])).strip().splitlines()
-                answer.set_exception(Refused(f"it answered: {' '.join(words[:2])}"))
+                answer.set_exception(_refused(str(told["error"].get("message", told["error"]))))
             else:
                 answer.set_result(told.get("result"))
         elif method == "notify_status_update" and params:
             self._update(params[0])
         elif method == "notify_gcode_response":
             self._said.extend(str(line) for line in params)
-        elif method in NOT_READY:
+        elif (
+            method in NOT_READY and self._state != NOT_READY[str(method)]
+        ):  # else they are old news
             self._why = ""  # it follows
             self._halts(NOT_READY[str(method)])
         elif method == "notify_klippy_ready":
@@ -224,3 +235,12 @@ class Link:
             if not answer.done():
                 answer.set_exception(fault)
                 answer.exception()
+
+
+def _refused(words: str) -> Refused:
+    """Klipper's words up to the advice that it gives in further lines."""
+    fault = Refused(f"it answered: {next(iter(words.strip().splitlines()), '')}")
+    fault.error = next(
+        (name for begin, name in REFUSALS.items() if words.startswith(begin)), fault.error
+    )
+    return fault

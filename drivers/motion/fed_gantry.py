@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 from ...system.tasks import end, keep
 from ..driver import ActionFailed, GoalContext, Place
 from .bench import LETTERS, Point, place_words
-from .faults import Ended, Lost, MotionFault, NotConnected, NotStopped, Silent, WrongPlace
+from .faults import Ended, Lost, MotionFault, NotConnected, NotStopped, Refused, Silent, WrongPlace
 from .jog_rules import JogRules
 from .work_zero import WorkZero
 
@@ -150,7 +150,14 @@ class FedGantry(JogRules):
                 return
             part = number / pieces
             place = {axis: start[axis] + part * by for axis, by in way.items()}
-            await self._piece(place, speed)
+            try:
+                await self._piece(place, speed)
+            except Refused as fault:
+                if number == 1:
+                    raise
+                with contextlib.suppress(MotionFault):
+                    await self._still()
+                raise MotionFault(f"after a part of the way {fault}") from fault
             given += length / pieces
             at = list(start)
             for axis, value in place.items():

@@ -1,8 +1,10 @@
 """Moonraker and Klipper behind it, as 0.11.0 and Klipper's own host and simulated board were seen to behave.
 
 A line is answered when it is planned, `M400` when all has stood still; a line waits for the one
-before it, an emergency stop does not; a line that Klipper does not know is answered as done, and told
-in a message beside; reports come four times a second; nobody is let in without the API key.
+before it, an emergency stop does not; any program may set relative moves (`G91`) or let go of the
+motors (`M18`); the news of a halt come after the state that they tell; a line that Klipper does not
+know is answered as done, and told in a message beside; reports come four times a second; nobody is
+let in without the API key.
 """
 
 import asyncio
@@ -26,6 +28,7 @@ class Peer:
         self.speed, self.homing_s, self.api_key = speed, homing_s, api_key
         self.state, self.message, self.axes, self.factor = "ready", "Printer is ready", "", 1.0
         self.place, self.told, self.shift = [0.0] * 3, [0.0] * 3, [0.0, 0.0, 0.0]
+        self.relative = False
         self.blocks, self.stands, self.heard, self.sockets = [], [], [], set()
         self._ready, self._over = threading.Event(), None
         self._thread = threading.Thread(target=lambda: asyncio.run(self._live()), daemon=True)
@@ -112,7 +115,9 @@ class Peer:
                 return "ok"
             case "printer.gcode.script":
                 async with self._turn:
-                    return await self._line(params["script"])
+                    for line in params["script"].splitlines():
+                        await self._line(line)
+                    return "ok"
         raise ValueError("Method not found")
 
     async def _line(self, line):
@@ -133,8 +138,9 @@ class Peer:
                 self.place, self.told, self.axes = [0.0, 0.0, 100.0], [0.0, 0.0, 100.0], "xyz"
                 self.stands.append(list(self.place))
             case "G0" | "G1":
-                moved = enumerate(zip("XYZ", self.shift, strict=True))
-                end = [words[a] + by if a in words else self.told[i] for i, (a, by) in moved]
+                zero = self.told if self.relative else self.shift
+                moved = enumerate("XYZ")
+                end = [words[a] + zero[i] if a in words else self.told[i] for i, a in moved]
                 if not all(-1e-6 <= value <= 200 for value in end):
                     raise ValueError(f"Move out of range: {end}")
                 if self.axes != "xyz":
@@ -152,17 +158,20 @@ class Peer:
                 await self._tell("notify_gcode_response", f"X:{x:.3f} Y:{y:.3f} Z:{z:.3f} E:0.000")
             case "M220":
                 self.factor = words["S"] / 100
-            case "G90" | "SET_PIN":
+            case "G90" | "G91":
+                self.relative = code == "G91"
+            case "M18":
+                self.axes = ""
+            case "SET_PIN":
                 pass
             case _:
                 await self._tell("notify_gcode_response", f'// Unknown command:"{code}"')
-        return "ok"
 
     async def _halt(self, why):
         self.state, self.message, self.axes = "shutdown", why, ""
         self.blocks.clear()
-        await self._tell("notify_klippy_shutdown")
         await self._tell("notify_status_update", {"webhooks": self._status()["webhooks"]}, 0.0)
+        await self._tell("notify_klippy_shutdown")
 
     async def _tell(self, method, *params):
         for socket in list(self.sockets):

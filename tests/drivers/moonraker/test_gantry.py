@@ -10,12 +10,12 @@ from ..played import played
 
 
 @pytest.mark.slow
-def test_a_stop_ends_the_move_soon_and_another_program_s_offset_moves_nothing(peers, gantry):
+def test_a_stop_ends_the_move_soon_and_another_program_s_offset_and_g91_move_nothing(peers, gantry):
     peer = peers(speed=50)
 
     async def story(driver):
         await driver.home(GoalContext("h"))
-        peer.shift = [7.0, 0.0, 0.0]
+        peer.shift, peer.relative = [7.0, 0.0, 0.0], True
         await asyncio.sleep(0.4)
         goal = GoalContext("m")
         moving = asyncio.create_task(driver.move_to(goal, x=150))
@@ -34,6 +34,24 @@ def test_a_stop_ends_the_move_soon_and_another_program_s_offset_moves_nothing(pe
 
 
 @pytest.mark.slow
+def test_a_move_that_is_refused_on_its_way_has_ended_and_is_not_said_to_be_undone(peers, gantry):
+    peer = peers(speed=50)
+
+    async def story(driver):
+        with pytest.raises(ActionFailed, match=r"NotHomed: .* Must home axis first"):
+            await driver.jog(GoalContext("j"), axis="x", distance=1.0)
+        await driver.home(GoalContext("h"))
+        moving = asyncio.create_task(driver.move_to(GoalContext("m"), x=150))
+        await asyncio.sleep(0.5)
+        peer.axes = ""
+        with pytest.raises(ActionFailed, match=r"^Alarm: .* after a part of the way") as failed:
+            await moving
+        return failed.value.happened, peer.move
+
+    assert played(gantry(peer), story) == ("unknown", None)
+
+
+@pytest.mark.slow
 def test_a_halted_klipper_is_told_and_unlock_restarts_it(peers, gantry):
     peer = peers(homing_s=2, api_key="secret")
 
@@ -46,6 +64,7 @@ def test_a_halted_klipper_is_told_and_unlock_restarts_it(peers, gantry):
             await homing
         with pytest.raises(ActionFailed, match=r"^Alarm: .*state shutdown: .*unlock restarts it"):
             await driver.move_to(GoalContext("1"), x=1)
+        assert "shutdown: Shutdown due to" in (await driver.status())["alarm"]
         await driver.unlock(GoalContext("u"))
         with pytest.raises(ActionFailed, match="NotHomed"):
             await driver.move_to(GoalContext("2"), x=1)
