@@ -16,6 +16,7 @@ from .elements.elements import (
 from .elements.evidence import Evidence, evidence
 from .elements.far_off import IN_GAS, SOLID, shifts
 from .elements.identify import Identified, identify
+from .elements.index import ENOUGH
 from .elements.offsets import FURTHEST_NM, Offsets
 from .elements.state import PlasmaState, plasma_state
 from .lines.lines import of_lines
@@ -29,10 +30,7 @@ from .spectrum.spectrum import FloatArray, Medium, Spectrum
 
 FIRST_LINE_NM, LAST_LINE_NM = 190.0, 961.0  # of the line table
 FAR_OFF_NM = 0.1  # an offset that is worth a word
-STRONGEST, ENOUGH = (
-    25,
-    0.3,
-)  # peaks, and the part of their light, explained by an axis that is right
+LITTLE, LEAST_BRIGHT, BRIGHT = 0.1, 4, 10.0  # of that light; peaks of so many errors: worth a word
 BETTER, LEAST_WEIGHT = 1.5, 60.0  # evidence with a moved axis: times that without, and at least
 
 
@@ -125,7 +123,18 @@ def reduce_spectrum(
         if _weight(other) >= max(least, _weight(best)):
             note = _moved(spectrum.wavelength_nm, moved)
             best = replace(other, notes=(note, *other.notes))
-    return best
+    return replace(best, notes=(*best.notes, *_unexplained(best)))
+
+
+def _unexplained(found: Reduction) -> tuple[str, ...]:
+    """A word where hardly any of the light belongs to an element: of no plasma, or of a wrong axis."""
+    peaks, part = found.peaks, _explained(found)
+    if part >= LITTLE or np.count_nonzero(peaks.area > BRIGHT * peaks.area_error) < LEAST_BRIGHT:
+        return ()
+    return (
+        f"the elements found explain {part:.0%} of the light of the strongest peaks: are the wavelengths "
+        "in nm and calibrated, and is this the light of a plasma?",
+    )
 
 
 def _weight(found: Reduction) -> float:
@@ -134,12 +143,7 @@ def _weight(found: Reduction) -> float:
 
 def _explained(found: Reduction) -> float:
     """The part of the strongest peaks' light that the elements found explain."""
-    if found.identified is None or not len(found.peaks):
-        return 0.0
-    area = found.peaks.area
-    bright = np.argsort(-area)[:STRONGEST]
-    taken = np.clip(found.identified.indexed.taken[bright], 0.0, area[bright])
-    return float(taken.sum() / max(area[bright].sum(), 1e-300))
+    return 0.0 if found.identified is None else found.identified.indexed.explained(found.peaks.area)
 
 
 def _moved(x: FloatArray, moved: FloatArray) -> str:

@@ -30,7 +30,7 @@ Medium = Annotated[
 Unit = Annotated[
     str | None,
     typer.Option(
-        help="Unit of the axis: nm, angstrom, um, m, cm-1 or eV.",
+        help="Unit of the axis: nm, angstrom, pm, um, m, cm-1 or eV.",
         show_default="as the file says, or nm",
     ),
 ]

@@ -41,7 +41,9 @@ def spectrum(
     log: Annotated[bool, typer.Option("--log", help="Logarithmic axis for the counts.")] = False,
     unit: Annotated[
         str | None,
-        typer.Option(help="Unit of the axis: nm, angstrom, um, m, cm-1, eV; nm if FILE says none."),
+        typer.Option(
+            help="Unit of the axis: nm, angstrom, pm, um, m, cm-1, eV; nm if FILE says none."
+        ),
     ] = None,
     columns: Annotated[
         str | None,

@@ -13,7 +13,7 @@ from ..spectrum.spectrum import BoolArray, FloatArray
 from .abundance_prior import log_odds
 from .catalogue import Catalogue, Expected
 from .evidence_score import evidence_score, take
-from .index import Indexed, weighed
+from .index import ENOUGH, Indexed, weighed
 from .match import Matched, match_lines
 from .offsets import Offsets
 
@@ -37,12 +37,14 @@ def by_chance(
 ) -> FloatArray:
     """The weight of each element at places that are not its own, shape (e,), at least 0.
 
-    Of all places the second largest: one of them may fall on another element's lines. Only accepted
-    elements that are not everywhere are asked; the peaks have what the others leave.
+    Of all places the second largest: one of them may fall on another element's lines. Accepted
+    elements that are not everywhere are asked, and all where they explain little of the light, as on
+    an axis that is wrong; the peaks have what the others leave.
     The arguments are those of `match_lines` and `index_peaks`, and their results.
     """
     found = np.zeros(len(known.first) - 1)
-    asked = [e for e in indexed.accepted if log_odds()[e] < 0.0]
+    doubtful = indexed.explained(profiles.peaks.area) < ENOUGH
+    asked = [e for e in indexed.accepted if doubtful or log_odds()[e] < 0.0]
     if not asked:
         return found
     spans = [np.arange(known.first[e], known.first[e + 1]) for e in asked]

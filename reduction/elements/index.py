@@ -14,6 +14,8 @@ from .match import Matched
 UNCERTAIN = 2.0  # weight, prior included
 # Where one element is certain, lines are what the peaks are; where none is, they may be anything.
 CERTAIN, DETECTED, DETECTED_ALONE = 10.0, 2.5, 5.5
+# Peaks, and the part of their light that is explained on an axis that is right.
+STRONGEST, ENOUGH = 25, 0.3
 MODEL_SPREAD = 0.35  # of ln(area): temperature, self-absorption, calibration
 
 
@@ -30,6 +32,12 @@ class Indexed:
     accepted: list[int]
     taken: FloatArray
     total: float
+
+    def explained(self, area: FloatArray) -> float:
+        """The part of the strongest peaks' light that the accepted elements explain; area: (k,)."""
+        bright = np.argsort(-area)[:STRONGEST]
+        taken = np.clip(self.taken[bright], 0.0, area[bright])
+        return float(taken.sum() / max(area[bright].sum(), 1e-300))
 
 
 def index_peaks(

@@ -8,19 +8,20 @@ import numpy as np
 from .fault import Unreadable
 from .spectrum import FloatArray
 
-Unit = Literal["nm", "angstrom", "um", "m", "cm-1", "eV"]
-NM_PER: dict[str, float] = {"nm": 1.0, "angstrom": 0.1, "um": 1000.0, "m": 1e9}
+Unit = Literal["nm", "angstrom", "pm", "um", "m", "cm-1", "eV"]
+NM_PER: dict[str, float] = {"nm": 1.0, "angstrom": 0.1, "pm": 1e-3, "um": 1000.0, "m": 1e9}
 NM_BY_INVERSE: dict[str, float] = {"cm-1": 1e7, "eV": 1239.841984}  # vacuum wavelength times these
 UNITS = (*NM_PER, *NM_BY_INVERSE)
 NAMED: tuple[tuple[Unit, re.Pattern[str]], ...] = (
     ("nm", re.compile(r"\bnm\b|nano\W?met", re.I)),
     ("angstrom", re.compile(r"[åÅ\u212b]|[aA]ngstr|[(\[]A[)\]]")),
+    ("pm", re.compile(r"[(\[]pm[)\]]|^pm$|pico\W?met")),  # in a sentence it is an afternoon
     ("um", re.compile(r"[µμu]m\b|micro\W?(met|n)|\bmicrons?\b", re.I)),
     ("cm-1", re.compile(r"cm\s?\^?\s?[-−⁻][1¹]|1/cm|wave\s?number", re.I)),
     ("eV", re.compile(r"\beV\b", re.I)),
     ("m", re.compile(r"[(\[]m[)\]]|^met(er|re)s?$|^m$")),
 )
-NO_WAVELENGTH = re.compile(r"raman|shift|\bTHz\b", re.I)
+NO_WAVELENGTH = re.compile(r"raman|shift|frequency|\b[TG]Hz\b", re.I)
 SHORTEST_NM, LONGEST_NM = (
     100.0,
     3_000.0,

@@ -15,11 +15,15 @@ AXIS = re.compile(r"wave|lambda|λ|^w\.?l\b|^nm\b|\[nm\]|\(nm\)|^x\b|^w$|[åÅ]n
 COUNTER = re.compile(r"pixel|channel|^(index|idx|no|nr|row|px|ch|#)\b\.?|order", re.I)
 BESIDE = re.compile(
     r"dark|backg|\bbg\b|\bref|white|err|std|stdev|sigma|\bsd\b|unc|noise|±|%|transm|reflec|absor"
-    r"|time|^energy|^freq|^[dr]$|flag|mask|weight|\bfit\b|valid|dunkel|grund|fehler|rausch"
+    r"|irradi|time|^energy|^freq|^[dr]$|flag|mask|weight|\bfit\b|valid|dunkel|grund|fehler|rausch"
     r"|obscur|fondo|\bbruit|тёмн|темн|фон|шум|暗|背景|参考|参比|噪声|误差|ダーク", re.I
 )  # fmt: skip
 RESULT = re.compile(
     r"^(sum|total)$|correct|process|subtract|\bnet\b|^p$|minus|mean|average|\bavg\b", re.I
+)
+# Not the light of a plasma, in counts or in proportion to them.
+NO_LIGHT = re.compile(
+    r"absorban|absorpt|transmi|reflec|extinct|\bOD\b|\bdB\b|\blog(10|e)?(?![a-z])", re.I
 )
 UNLIKE = 5.0  # ratio of the median counts of columns that cannot be shots of one another
 LEAST_ALIKE = 0.3  # correlation of shots
@@ -59,6 +63,10 @@ def choose(headings: Sequence[str], table: FloatArray, asked: Sequence[str] | No
     if headings:
         shots = _by_name(names, shots)
     shots = [at for at in shots if not _counts_from_start(table[at])] or shots
+    if shots and all(NO_LIGHT.search(names[at]) for at in shots):
+        raise Unreadable(
+            f"{_called(names, shots[0])} has no counts of light that a plasma emits; export these, or {HOW}"
+        )
     if len(shots) > 1 and not all(names[at] for at in shots):
         _check_alike(table, shots)
     aside = [_called(names, at) for at in range(len(table)) if at != axis and at not in shots]

@@ -20,7 +20,8 @@ BAD_CHANNEL = (
 )  # fmt: skip
 NUMBER = re.compile(r"[+-]?(\d[\d.,]*|[.,]\d+)([eEdD][+-]?\d+)?")
 UNIT_WORD = re.compile(
-    r"[\[(]?\s*(nm|å|a|ang\w*|[µμu]m|counts?|a\.?\s?u\.?|arb\.?.*|dn|%|cts|nanomet\w*)\s*[\])]?",
+    r"[\[(]?\s*(nm|å|a|ang\w*|[µμup]m|counts?|a\.?\s?u\.?|arb\.?.*|dn|%|cts|nanomet\w*)\s*[\])]?"
+    r"|\[[^\[\]]+\]|\([^()]+\)",
     re.I,
 )
 THOUSANDS = re.compile(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?([eEdD][+-]?\d+)?")
@@ -198,9 +199,12 @@ def _decimal(text: bytes, at: int, separator: str, words: bool) -> str:
     commas = [f for f in numbers if "," in f and "." not in f]
     if not commas:
         return "," if any(THOUSANDS_BY_POINTS.fullmatch(f) and "," in f for f in numbers) else "."
-    if any("." in f and "," not in f for f in numbers):
-        return "."
     in_axis = any("," in fields[0] for fields in sample)
+    points = [f for f in numbers if "." in f and "," not in f]
+    if points:
+        # 190,0941;16.372: counts of some thousands beside wavelengths with decimal commas
+        decimals = in_axis and not all(THOUSANDS.fullmatch(f) for f in commas)
+        return "," if decimals and all(map(THOUSANDS_BY_POINTS.fullmatch, points)) else "."
     if not in_axis and all(THOUSANDS.fullmatch(f) and f[0] != "0" for f in commas):
         raise Unreadable(
             f"{commas[0]!r} may be {commas[0].replace(',', '.')} or {commas[0].replace(',', '')}; "

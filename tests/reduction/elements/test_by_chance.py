@@ -27,6 +27,13 @@ def test_cerium_is_not_detected_among_lines_of_no_element():
     assert cerium.status == "uncertain"
 
 
+def test_where_hardly_any_light_is_explained_no_element_is_everywhere_and_a_note_asks_why():
+    found = reduce_spectrum(forest(2))
+
+    assert found.detected == []  # nitrogen, while it was taken for everywhere
+    assert found.notes[-1].startswith("the elements found explain 0% of the light")
+
+
 @pytest.mark.parametrize(
     ("name", "beside", "least"),
     [("Dy", "Ca", ALONE), ("Dy", "Y", DETECTED), ("La", "La", ALONE), ("Hf", "Zr", DETECTED),

@@ -72,11 +72,15 @@ DIALECTS = {
     "jaz": SUITE + "W\tD\tR\tS\tP\n" + rows("{0}\t3.5\t7.5\t9.9\t{1}\n"),
     "avantes": AVANTES.format(t="15.000") + rows(" {};  {};   31.5;   41.5;\n"),
     "avantes comma": AVANTES.format(t="15,000") + commas(rows(" {};  {};   31.5;   41.5;\n")),
+    "avantes, units of its own": "Wave ;Dark ;Ref ;Sample ;Absolute Irradiance\n"
+    "[nm] ;[counts] ;[counts] ;[counts] ;[mW/cm2/nm]\n\n"
+    + commas(rows("{0};31.5;41.5;{1};0.5\n")),
     "andor asc": rows("{},{}\n") + SOLIS,
     "andor top": SOLIS.replace("\n\n", "") + "\n" + rows("{},{}\n"),
     "descending": "nm;counts\n" + rows("{};{}\n", X[::-1], Y[::-1]),
     "angstrom": "Wavelength (Å),Intensity\n" + rows("{},{}\n", np.round(10 * X, 3)),
     "angstrom in a word": "wavelength [Angstrom],I\n" + rows("{},{}\n", np.round(10 * X, 3)),
+    "picometre": "Wavelength (pm)\tcounts\n" + rows("{:.1f}\t{}\n", 1000 * X),
     "micrometre": "wavelength [µm];counts\n" + rows("{:.7f};{}\n", X / 1000),
     "swapped": "intensity,wavelength\n" + rows("{},{}\n", Y, X),
     "swapped and bare": rows("{},{}\n", Y, X),
@@ -87,6 +91,9 @@ DIALECTS = {
     "trailing separator": rows("{};{};\n"),
     "thousands by points": ("nm;counts\n" + rows("{};{:,.3f}\n", X, 1000 * Y)).translate(
         str.maketrans(".,", ",.")),
+    "thousands by points beside commas": "nm;counts\n" + "".join(
+        f"{a:.4f}".replace(".", ",") + f";{1000 * b:,.0f}\n".replace(",", ".")
+        for a, b in zip(X, Y, strict=True)),
     "sep line": "sep=;\nWave;Int\n" + rows("{};{}\n"),
     "pandas": ",wavelength,intensity\n" + "".join(
         f"{i},{a},{b}\n" for i, (a, b) in enumerate(zip(X, Y, strict=True))),
@@ -102,7 +109,9 @@ DIALECTS = {
     "in rows": ",".join(map(str, X)) + "\n" + ",".join(map(str, Y)) + "\n",
     "thousands": "nm;counts\n" + rows("{};{:,.3f}\n", X, 1000 * Y),
 }  # fmt: skip
-SCALED = {"thousands": 1000.0, "thousands by points": 1000.0}
+SCALED = dict.fromkeys(
+    ("thousands", "thousands by points", "thousands by points beside commas"), 1000.0
+)
 
 
 @pytest.mark.parametrize("name", DIALECTS)
@@ -415,6 +424,9 @@ def test_different_samples_in_one_file_are_not_averaged():
         ("".join(f"{i},{y}\n" for i, y in enumerate(Y)), "channel numbers"),
         ("".join(f"{i + 1},{y},{600 - y},\n" for i, y in enumerate(Y)), "channel numbers"),
         ("Raman shift (cm-1),counts\n" + rows("{},{}\n"), "not a wavelength"),
+        ("Frequency (GHz),counts\n" + rows("{},{}\n", 3e8 / X), "not a wavelength"),
+        ("Wave;Absorbance\n[nm];[AU]\n" + rows("{};{}\n"), "has no counts of light that a plasma"),
+        ("nm,log10(counts)\n" + rows("{},{}\n"), r"column 2 \(log10\(counts\)\) has no counts"),
         ("nm;counts\n" + "".join(f"{i + 200};12,34{i % 10}\n" for i in range(60)), "may be 12.340"),
         (rows("{},{}\n").rstrip()[: -len(str(Y[-1])) - 3], "cut off while it was written"),
         (rows("{:.4f},{:.2f}\n").rstrip()[:-1], r"ends within a number \('961.2000,"),
