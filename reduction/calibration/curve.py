@@ -73,6 +73,15 @@ class Curve:
         own = ((powers @ np.array(self.covariance)) * powers).sum(axis=1)
         return np.sqrt(shot + sample + own.reshape(np.shape(f)))
 
+    def leverage(self, wt_percent: FloatArray, shots: FloatArray) -> FloatArray:
+        """The part that each standard has in the curve at its own place, 0 to 1, shape (n,): the diagonal of
+        the weighted hat matrix, the number of coefficients in sum."""
+        f = self.signal(wt_percent)
+        variance = (self.floor**2 + (self.part * f) ** 2) / shots
+        variance = variance + self.standards_floor**2 + (self.standards_part * f) ** 2
+        powers = np.vander(wt_percent / self.highest, len(self.coefficients), increasing=True)
+        return ((powers @ np.array(self.covariance)) * powers).sum(axis=1) / variance
+
     def blank_sigma(self, shots: int = 1, noise: float = 0.0) -> float:
         """The same for a sample without the element."""
         return float(self.sigma(np.array(0.0), shots, noise))

@@ -75,10 +75,10 @@ def _print(result: "MapResult") -> None:
         by = ", number chosen by silhouette" if classes.scores else ""
         typer.echo(f"{counted(len(classes), 'class')} from {', '.join(classes.features)}{by}")
         shown = list(dict.fromkeys([*classes.features, *result.elements]))[:COLUMNS]
-        head = "".join(f"{element:>9}" for element in shown)
+        head = "".join(f"{element:>11}" for element in shown)
         typer.echo(f"{'class':>5} {'points':>6} {'silh.':>6}{head}  likely")
         for one in classes.summary:
-            areas = "".join(f"{one.area[element]:9.4g}" for element in shown)
+            areas = "".join(f"{one.area[element]:11.4g}" for element in shown)
             typer.echo(f"{one.number:>5} {one.size:>6} {one.silhouette:6.2f}{areas}  {one.likely}")
     for path in result.written:
         typer.echo(f"wrote {path}")

@@ -1,4 +1,4 @@
-"""Calibration curves as a page shows them: standards, band, and what each is by the others."""
+"""Calibration curves as a page shows them: standards, band, what each is by the others, and its leverage."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ from .series import ALONE
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-COLUMNS, CELL_IN, CURVE_IN, RESIDUAL_IN, ROW_IN = 3, TWO_COLUMNS_IN / 3, 1.25, 0.5, 2.45
+COLUMNS, CELL_IN, ROW_IN, GAP_IN = 3, TWO_COLUMNS_IN / 3, 2.85, 0.09
+CURVE_IN, RESIDUAL_IN, LEVERAGE_IN = 1.25, 0.5, 0.33
+HIGH = 2.0  # times the mean leverage, above which a standard bears much of the curve alone
 STAGE = {1: "I", 2: "II"}
 UNIT = {AREA: "counts nm", WHOLE: "left out, wt %"}  # of the signal; a ratio else
 
 
 def calibration_figure(calibration: Calibration) -> Figure:
-    """A panel for each element: signal against wt %, and below it the error when left out."""
+    """A panel for each element: signal against wt %, below it the error when left out, and the leverage."""
     from matplotlib.figure import Figure
 
     elements = calibration.elements
@@ -39,8 +41,10 @@ def _panel(figure: Figure, name: str, one: ElementCalibration, left: float, bott
     signal = np.array([p.signal for p in points])
     scatter = np.array([(p.scatter or 0.0) for p in points])
     wide = CELL_IN - 0.65
-    top = place(figure, left, bottom + RESIDUAL_IN + 0.12, wide, CURVE_IN)
-    below = place(figure, left, bottom, wide, RESIDUAL_IN)
+    above = bottom + LEVERAGE_IN + GAP_IN
+    top = place(figure, left, above + RESIDUAL_IN + GAP_IN, wide, CURVE_IN)
+    below = place(figure, left, above, wide, RESIDUAL_IN)
+    lever = place(figure, left, bottom, wide, LEVERAGE_IN)
     grid = np.linspace(0.0, min(1.08 * curve.highest, curve.top), 200)
     middle = curve.signal(grid)
     band = quantile(TWO_SIDED_95, curve.freedom) * curve.sigma(grid)
@@ -49,16 +53,24 @@ def _panel(figure: Figure, name: str, one: ElementCalibration, left: float, bott
     top.errorbar(c, signal, yerr=scatter, fmt="o", color=ALONE, markersize=3, elinewidth=0.6)
     top.axvline(curve.lod(), color=QUIET, linewidth=0.6, linestyle=":")
     top.set_ylim(min(0.0, float((signal - scatter).min())), 1.15 * float((signal + scatter).max()))
-    top.tick_params(labelbottom=False)
+    for axes in (top, below):
+        axes.tick_params(labelbottom=False)
+    top.ticklabel_format(axis="y", scilimits=(-2, 4))
+    top.yaxis.get_offset_text().set_fontsize(SMALL)
     top.set_title(f"{name} {_signal(one)}", fontsize=SMALL, pad=3)
     below.axhline(0.0, color=INK, linewidth=0.5)
     below.plot(c, [p.cross_validated - p.wt_percent for p in points], "o", color=ALONE)
-    for axes in (top, below):
+    leverage = curve.leverage(c, np.array([float(p.shots) for p in points]))
+    lever.plot(c, leverage, "o", color=ALONE, markersize=3)
+    lever.axhline(HIGH * leverage.mean(), color=QUIET, linewidth=0.6, linestyle=":")
+    lever.set_ylim(0.0, 1.05)
+    for axes in (top, below, lever):
         axes.yaxis.set_label_coords(-0.24, 0.5)
         axes.set_xlim(-0.03 * curve.highest, 1.08 * curve.highest)
     top.set_ylabel(UNIT.get(one.by, "ratio"), fontsize=SMALL)
     below.set_ylabel("left out", fontsize=SMALL)
-    below.set_xlabel(f"wt %; LOD {one.lod:.2g}, RMSECV {one.rmsecv:.2g}, band 95 %", fontsize=SMALL)
+    lever.set_ylabel("leverage", fontsize=SMALL)
+    lever.set_xlabel(f"wt %; LOD {one.lod:.2g}, RMSECV {one.rmsecv:.2g}, band 95 %", fontsize=SMALL)
 
 
 def _signal(one: ElementCalibration) -> str:

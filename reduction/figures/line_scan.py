@@ -36,8 +36,9 @@ def line_scan_figure(
     scale: str = "area (counts nm)",
     least: Mapping[str, FloatArray] | None = None,
     most: Mapping[str, FloatArray] | None = None,
+    axis: str = "the line",
 ) -> Figure:
-    """way: distance along the line, shape (n,); values by title, shape (n,), NaN is a gap.
+    """way: distance along the axis, shape (n,); values by title, shape (n,), NaN is a gap.
 
     errors: standard errors, NaN where unknown; labels: classes from 0, below 0 for none. least,
     most: where only a lower or an upper end is known, drawn as a triangle that points away from it.
@@ -75,7 +76,7 @@ def line_scan_figure(
         axes.set_yticks([])
         axes.set_ylabel("class", rotation=0, ha="right", va="center")
     if axes is not None:
-        axes.set_xlabel(f"distance along the line ({unit})")
+        axes.set_xlabel(f"distance along {axis} ({unit})")
     middle = (BOTTOM_IN + strip + height - TOP_IN) / 2 / height
     figure.text(0.1 / width, middle, scale, rotation=90, va="center", ha="center")
     return figure

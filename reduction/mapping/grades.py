@@ -10,6 +10,7 @@ from ..figures.line_scan import line_scan_figure
 from ..maps.classes.classify import Classes
 from ..maps.grade import Grade, Strip, along, by_class
 from ..maps.points.points import Points
+from ..spectrum.spectrum import FloatArray
 from .choices import MapChoices
 from .sample_figures import Drawn, concentrations_shown, samples_of, slug
 
@@ -68,7 +69,22 @@ def grade_figures(grades: list[SampleGrade], unit: str) -> Iterator[Drawn]:
 def _profile(grades: list[SampleGrade], unit: str):
     strips = grades[0].strips
     middle = np.array([(one.start + one.end) / 2 for one in strips])
-    values = {rf"$\bf{{{g.element}}}$": np.array([s.grade.mean for s in g.strips]) for g in grades}
-    errors = {rf"$\bf{{{g.element}}}$": np.array([s.grade.error for s in g.strips]) for g in grades}
-    label = f"grade (wt %) along {grades[0].axis}"
-    return line_scan_figure(middle - middle[0], values, unit, errors, None, label)
+    ends = {rf"$\bf{{{g.element}}}$": drawn_ends([s.grade for s in g.strips]) for g in grades}
+    value, error, least, most = ({name: one[k] for name, one in ends.items()} for k in range(4))
+    return line_scan_figure(
+        middle - middle[0], value, unit, error, None, "grade (wt %)", least, most, grades[0].axis
+    )
+
+
+def drawn_ends(strips: list[Grade]) -> FloatArray:
+    """What is drawn of each strip: mean, error, lower end, upper end; shape (4, n), NaN where there is none.
+
+    A strip of which all is below LOD has an upper end alone, one that is at least something a lower one.
+    """
+    nothing = float("nan")
+    return np.array([
+        (nothing, nothing, nothing, 2 * one.mean) if 0 < one.points == one.below
+        else (nothing, nothing, one.mean, nothing) if one.at_least
+        else (one.mean, one.error, nothing, nothing)
+        for one in strips
+    ]).T  # fmt: skip

@@ -52,6 +52,16 @@ def test_intervals_hold_as_often_as_they_say(degree, bend):
     assert 0.90 < in_95 / n < 0.985
 
 
+def test_leverages_sum_to_the_coefficients_and_a_standard_apart_bears_the_curve():
+    c = np.array([0.0, 0.05, 0.1, 0.12, 1.0])
+    shots = np.array([5.0, 5.0, 5.0, 5.0, 1.0])
+    curve = fit_curve(c, 20 + 1000 * c, shots, 6.0, 0.0, 1)
+    found = curve.leverage(c, shots)
+
+    assert found.sum() == pytest.approx(2.0, rel=0.02)
+    assert found[4] > 0.7 > 0.5 > found[:4].max()
+
+
 def test_a_quadratic_ends_at_its_top_and_says_no_upper_end_beyond():
     signal = 1000 * CONTENTS * (1 - 0.4 * CONTENTS)
     curve = fit_curve(CONTENTS, signal, np.full(10, 5.0), 2.0, 0.0, 2)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from labrun.reduction.mapping.grades import drawn_ends
 from labrun.reduction.maps.grade import along, by_class, grade
 from labrun.reduction.maps.points.contents import ABOVE, BELOW, Contents
 
@@ -52,6 +53,19 @@ def test_points_that_are_only_known_to_be_above_make_a_grade_at_least():
     assert found.at_least
     assert found.mean == pytest.approx(2.0)
     assert found.said.startswith("at least 2 ")
+
+
+def test_a_strip_that_is_only_known_to_an_end_is_drawn_as_that_end():
+    told = contents([1.0, 3.0])
+    below = contents([NAN, NAN], high=0.6, flags="below LOD")
+    above = contents([2.0, NAN], low=3.0, flags=f"{ABOVE}: the standards end at 3 wt %")
+    each = [grade(one, everywhere(one)) for one in (told, below, above)]
+    value, error, least, most = drawn_ends(each)
+
+    assert value.tolist() == pytest.approx([2.0, NAN, NAN], nan_ok=True)
+    assert np.isfinite(error).tolist() == [True, False, False]
+    assert least.tolist() == pytest.approx([NAN, NAN, 2.5], nan_ok=True)
+    assert most.tolist() == pytest.approx([NAN, 0.6, NAN], nan_ok=True)
 
 
 def test_grains_larger_than_a_step_make_a_mean_less_sure_than_its_points_say():
