@@ -5,6 +5,7 @@ Names are browse names from Objects on, `DeviceSet/Oven/Temperature/CurrentValue
 server's next start. `labrun new device NAME --from opc.tcp://host:port` writes the actions of a server.
 """
 
+import contextlib
 from typing import Any, ClassVar
 
 from pydantic import field_validator
@@ -54,10 +55,17 @@ class Opcua(Library):
             said.url, self.timeout_s(None), said.user, said.password, said.security
         )
         self._nodes: dict[str, Any] = {}
-        if any("at" in one for act in said.actions.values() for one in act.returns.values()):
-            await client.load_data_type_definitions()  # what the server's structures have in them
-        server = client.get_node("i=2261")  # Server_ServerStatus_BuildInfo_ProductName
-        self.versions = {"server": str(await server.read_value())}
+        try:
+            if any("at" in one for act in said.actions.values() for one in act.returns.values()):
+                await (
+                    client.load_data_type_definitions()
+                )  # what the server's structures have in them
+            server = client.get_node("i=2261")  # Server_ServerStatus_BuildInfo_ProductName
+            self.versions = {"server": str(await server.read_value())}
+        except BaseException:  # a cancel as well
+            with contextlib.suppress(Exception):  # it may be gone already
+                await self.disconnect(client)
+            raise
         return client
 
     async def disconnect(self, instrument: Any) -> None:

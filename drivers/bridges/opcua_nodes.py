@@ -11,6 +11,8 @@ from .library import Refused
 
 LONGEST_S = 3600.0
 """The library's own patience; how long is waited is said by each action."""
+ALIVE_S = 20.0
+"""The library looks so often whether the server is there, and gives it up if that takes as long."""
 HIERARCHICAL, HAS_PROPERTY = 33, 46
 
 
@@ -23,7 +25,7 @@ async def connected(
     except ImportError as fault:
         raise OSError(not_installed(fault) or str(fault)) from fault
     logging.getLogger("asyncua").setLevel(logging.ERROR)  # what servers grant is its own matter
-    client = Client(url, timeout=LONGEST_S)
+    client = Client(url, timeout=LONGEST_S, watchdog_intervall=ALIVE_S)
     if user is not None:
         client.set_user(user)
         client.set_password(password or "")
