@@ -9,6 +9,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
+from ...schemas.quantity import magnitude_in
 from .lab import Device
 
 Values = dict[str, Any]
@@ -109,7 +110,8 @@ class Readable:
 class Movable(Readable):
     """A device that is set by an action with a parameter: `Movable(lab.gantry, "move_to", "x")`.
 
-    It is read by `read`; without one, by what the move returned, so not before the first move.
+    It is read by `read`; without one, by what the move returned, or else by what it was set to, so not
+    before the first move.
     """
 
     def __init__(
@@ -119,9 +121,10 @@ class Movable(Readable):
         super().__init__(device, read, name=name)
 
     def _returns(self) -> Values:
-        fields = self._device._contract.actions[self._read or self._move].returns.get(
-            "properties", {}
-        )
+        action = self._device._contract.actions[self._read or self._move]
+        fields = action.returns.get("properties", {})
+        if self._read is None:
+            fields = {self._parameter: action.param_schemas()[self._parameter]} | fields
         return {n: s for n, s in fields.items() if n == self._parameter} or fields
 
     def _found(self) -> Values:
@@ -135,7 +138,13 @@ class Movable(Readable):
         """Begin to move there."""
 
         def move() -> None:
-            self._last = getattr(self._device, self._move)(**{self._parameter: value})
+            unit = (
+                self._device._contract.actions[self._move]
+                .param_schemas()[self._parameter]
+                .get("unit")
+            )
+            found = getattr(self._device, self._move)(**{self._parameter: value})
+            self._last = {self._parameter: magnitude_in(value, unit) if unit else value} | found
 
         return Status(self._thread.submit(move))
 

@@ -42,6 +42,15 @@ def test_a_status_says_how_it_ended(lab):
     assert repr(beyond).startswith("<failed: ") and "12000 mm" in repr(beyond)
 
 
+def test_what_returns_no_place_is_where_it_was_set(bench):
+    with labrun.lab(bench.lab, yes=True) as lab:
+        device = Movable(lab.a, "act", "name", name="a")
+        device.set("here").wait(500)
+
+        assert device.hints == {"fields": ["a_name"]} == {"fields": list(device.describe())}
+        assert device.read()["a_name"]["value"] == "here"
+
+
 @pytest.mark.needs("bluesky")
 def test_a_plan_on_a_device_that_another_holds_fails_and_its_document_says_who_has_it(bench):
     from bluesky import RunEngine
