@@ -35,7 +35,9 @@ def test_text(name: str, lab: str) -> str:
 
 
 def only(known: Described, patterns: str) -> Described:
-    """With the actions whose names fit one of these patterns, `read_*,move`; raises CannotMake."""
+    """With the actions whose names fit one of these patterns, `read_*,move`, and what ends them or makes
+    the device harmless; raises CannotMake.
+    """
     wanted = [one.strip() for one in patterns.split(",")]
     kept = {n: s for n, s in known.actions.items() if any(fnmatchcase(n, one) for one in wanted)}
     lost = [one for one in wanted if not any(fnmatchcase(n, one) for n in known.actions)]
@@ -46,15 +48,9 @@ def only(known: Described, patterns: str) -> Described:
         raise CannotMake(
             f"no action fits {', '.join(lost)}{guess}; there is {listed(known.actions)}"
         )
-    gone = known.actions.keys() - kept.keys()
-    config = {
-        key: value
-        for key, value in known.config.items()
-        if not (isinstance(value, str) and value in gone)
-    }
-    if safe := [one for one in config.pop("safe_state", []) if one in kept]:
-        config["safe_state"] = safe
-    return replace(known, actions=kept, config=config, unsure=known.unsure & kept.keys())
+    ends = {known.config.get("abort"), *known.config.get("safe_state", [])}
+    kept = {n: said for n, said in known.actions.items() if n in kept or n in ends}
+    return replace(known, actions=kept, unsure=known.unsure & kept.keys())
 
 
 def entry_text(name: str, known: Described) -> str:
