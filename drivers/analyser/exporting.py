@@ -11,6 +11,10 @@ from .identity import Unproved, spectrum_of
 from .shot_log import Shot, ShotLog
 from .spectrum_store import SpectrumStore
 
+UNKNOWN_TIMES = 5
+"""A program may rest between two lines of a file: as long as it is not known how many there will be,
+the file has to stay the same for so many times as long."""
+
 
 class Exporting:
     """The part of an export done by the shot log and the stored copies."""
@@ -26,6 +30,10 @@ class Exporting:
     def channels(self) -> int:
         """How many channels a complete spectrum has: as configured, or the most seen so far."""
         return self._channels or int(self._shot_log.fact("channels") or 0)
+
+    def settle_s(self, known_s: float) -> float:
+        """How long a file must stay the same to be complete; `known_s` where its channels can be counted."""
+        return known_s if self.channels() else UNKNOWN_TIMES * known_s
 
     def shot_to_export(self, name: str) -> Shot:
         """The shot, if its spectrum is stored or the analyser still has it; raises ActionFailed."""

@@ -186,7 +186,7 @@ class Exports:
             before=shot.asked or frozenset(), pattern=self._settings.spectrum,
             channels=self._driver.exporting.channels(),
             ours=(lambda name: has_name(name, shot.typed)) if named else (lambda name: True),
-            settle_s=self._settings.settle_s,
+            settle_s=self._driver.exporting.settle_s(self._settings.settle_s),
         )  # fmt: skip
 
     async def _delete_file(self, shot: Shot) -> None:

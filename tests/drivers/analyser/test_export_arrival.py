@@ -5,7 +5,10 @@ import asyncio
 import pytest
 
 from labrun.drivers.analyser.export_arrival import NotArrived, Wanted, arrived, has_name
+from labrun.drivers.analyser.exporting import Exporting
 from labrun.drivers.analyser.folder import SharedFolder
+from labrun.drivers.analyser.shot_log import ShotLog
+from labrun.drivers.analyser.spectrum_store import SpectrumStore
 
 WHOLE = "".join(f"{190 + k / 10:.4f},{k % 7}.5\n" for k in range(500)).encode()
 
@@ -49,6 +52,19 @@ def test_an_export_that_may_be_broken_off_behind_a_number_is_not_taken(tmp_path)
         NotArrived, match=r"after \d+ channels, so it may be cut off; if that is all"
     ):
         come(tmp_path, breaks_off=True)
+
+
+def test_as_long_as_its_channels_cannot_be_counted_a_file_has_to_stand_still_for_longer(tmp_path):
+    log = ShotLog(tmp_path / "shots.sqlite")
+    try:
+        exporting = Exporting("libs", log, SpectrumStore(tmp_path / "spectra"), None)
+        unknown = exporting.settle_s(1.0)
+        log.learn("channels", "500")
+        known = exporting.settle_s(1.0)
+    finally:
+        log.close()
+
+    assert (unknown, known) == (5.0, 1.0)
 
 
 def test_a_table_beside_the_spectrum_is_ignored_and_half_a_spectrum_waited_for(tmp_path):

@@ -18,6 +18,7 @@ PROGRAM = HERE / "analyser_program.py"
 SCREEN = "1920x1200x24"
 QUICK = {
     "measure_s": 30, "hang_s": 10, "busy_s": 10, "dialog_s": 20, "export_s": 30, "settle_s": 0.4,
+    "channels": 2000,
 }  # fmt: skip
 MAIN = ("measure", "export", "sync", "delete", "sample_name")
 
