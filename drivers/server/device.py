@@ -16,7 +16,7 @@ from .execution import Ending, Execution, cut_short, fault_of, never_started, no
 from .lease import Lease, Refused
 from .ledger import Ledger, LedgerFault
 from .owner import Owner
-from .status import StatusWatch
+from .status import EVERY_S, StatusWatch
 from .wire import Tell, wire
 
 STOP_S = 10.0
@@ -34,7 +34,7 @@ class ServedDevice:
 
     def __init__(
         self, place: Place, driver: Driver, contract: Contract, ledger: Ledger, tell: Tell,
-        stop_grace_s: float = STOP_S,
+        stop_grace_s: float = STOP_S, status_every_s: float | None = EVERY_S,
     ) -> None:  # fmt: skip
         self.name = place.device
         self.stop_grace_s = stop_grace_s
@@ -47,7 +47,7 @@ class ServedDevice:
             name: Arguments(f"{self.name}.{name}", action, place.limits)
             for name, action in contract.actions.items()
         }
-        self._status = StatusWatch(driver, self._tell_status)
+        self._status = StatusWatch(driver, self._tell_status, status_every_s)
         self._owner = Owner(self.name, driver, contract, self._status.changed, self._unlease)
         self.running = self._owner.goals
         self.lease = Lease(self.name, ledger, self._owner.lapse)

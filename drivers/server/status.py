@@ -21,7 +21,12 @@ LOG = logging.getLogger("labrun")
 class StatusWatch:
     """Queries one driver's status and passes it on."""
 
-    def __init__(self, driver: Driver, tell: Callable[[dict[str, Any]], None]) -> None:
+    def __init__(
+        self, driver: Driver, tell: Callable[[dict[str, Any]], None],
+        every_s: float | None = EVERY_S,
+    ) -> None:  # fmt: skip
+        """`every_s`: None, if nothing but a change is to be told."""
+        self.every_s = every_s
         self.latest: dict[str, Any] = {}
         self._driver = driver
         self._tell = tell
@@ -45,7 +50,7 @@ class StatusWatch:
     async def _watch(self) -> None:
         while True:
             with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(EVERY_S):
+                async with asyncio.timeout(self.every_s):
                     await self._changed.wait()
             await asyncio.sleep(FLURRY_S)
             self._changed.clear()

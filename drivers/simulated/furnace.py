@@ -20,7 +20,7 @@ ROOM_C = 20.0
 FULL_POWER_K, WALLS_S, ELEMENT_S = 3000.0, 10_800.0, 90.0  # rise at full power; time constants
 GAIN_PER_K, INTEGRAL_S = 0.02, 900.0
 HOLDBACK_K = 15.0
-STEP_S, LOOK_S, KEEP_S = 5.0, 10.0, 60.0
+STEP_S, LOOK_S, KEEP_S = 1.0, 10.0, 60.0
 STILL_S = 300.0
 
 

@@ -7,7 +7,7 @@ It is Python's syntax without side effects: no assignments, calls only of the fu
 import ast
 import math
 from collections import ChainMap
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import count
 from typing import TYPE_CHECKING, Any
@@ -127,6 +127,19 @@ def timed_steps(expression: Expression) -> set[str]:
         if isinstance(node, ast.Attribute) and node.attr in TIMES
         if (step := step_of(node.value)) is not None
     }
+
+
+def told_roles(expression: Expression, roles: Collection[str]) -> set[str]:
+    """Of these roles, those whose `status` an expression reads."""
+    asked = {
+        node.attr if isinstance(node, ast.Attribute) else getattr(node.slice, "value", None)
+        for node in ast.walk(expression.tree)
+        if isinstance(node, ast.Attribute | ast.Subscript)
+        if isinstance(node.value, ast.Name) and node.value.id == STATUS
+    }
+    if STATUS in expression.names and not asked <= set(roles):
+        return set(roles)  # chosen in the run
+    return asked & set(roles)
 
 
 def in_answer(node: ast.expr) -> bool:

@@ -13,6 +13,7 @@ from ...drivers.driver import Driver, Place
 from ...drivers.server.device import ServedDevice
 from ...drivers.server.lease import Refused
 from ...drivers.server.ledger import Ledger
+from ...drivers.server.status import EVERY_S
 from ...drivers.simulated.twins.faults import Faults, chance
 from ...drivers.simulated.twins.twin import Twin
 from ...schemas.contract import Contract
@@ -51,8 +52,9 @@ class RehearsedDevice:
 
     def __init__(
         self, place: Place, driver: type[Driver], contract: Contract, faults: Faults,
-        trouble: Trouble,
+        trouble: Trouble, *, is_read: bool = True,
     ) -> None:  # fmt: skip
+        """`is_read`: whether anything in the protocol reads its status; if not, only changes are told."""
         self.url = "rehearsal"
         self._trouble = trouble
         self._given_up: dict[str, asyncio.Event] = {}
@@ -62,7 +64,10 @@ class RehearsedDevice:
         self.boot, self.ledger = self._ledger.boot, self._ledger.id
         self.mark, self.continues = self._ledger.mark, True
         self._driver = driver(place)
-        self._served = ServedDevice(place, self._driver, contract, self._ledger, self._told)
+        self._served = ServedDevice(
+            place, self._driver, contract, self._ledger, self._told,
+            status_every_s=EVERY_S if is_read else None,
+        )  # fmt: skip
         self.on_stopped: Callable[[str, str], None] | None = None
         self.on_touch: Callable[[], None] | None = None
         self.on_told: Callable[[], None] | None = None

@@ -17,16 +17,20 @@ from ...drivers.simulated.twins.twin import Twin
 from ...drivers.world import World
 from ...schemas import journal as j
 from ...schemas.contract import RESERVED_ERRORS
+from ...schemas.event import Event
 from ..check import Checked
 from ..journal.gantt import Gantt
 from ..journal.journal import Journal, R
+from ..language.expression import told_roles
 from ..language.suggest import listed
+from ..language.value import Value
 from ..run.clock import RunClock
 from ..run.copies import keep_used
 from ..run.function_calls import call_at_once
 from ..run.virtual_time import VirtualLoop
 from ..runner.begin import RunOptions, new_run
 from ..runner.session import RunSession
+from ..survey.survey import Survey
 from .client import RehearsedDevice, Trouble
 from .totals import Counting, Totals
 from .twin_choice import player
@@ -85,10 +89,20 @@ class Rehearsal:
         devices = self._devices(folder, counting.totals.players)
         session = RunSession(run, checked, devices)
         run.questions.changed = session.dispatcher.wake.set
+        pauses: list[str] = []
+
+        def end_at_pause(event: Event) -> None:
+            if event.state == "pause":  # nobody is there to go on, and time would jump for ever
+                pauses.append(event.text)
+                session.control.ask("abort", "the rehearsal")
+
+        run.listen(end_at_pause, {"control"})
         try:
             for device in devices.values():
                 await device.open(run.id)
             ending = await session.execute(None)
+            if pauses:
+                ending.reason = f"it pauses and waits for a person: {pauses[0]}"
         finally:
             for device in devices.values():
                 await device.close()
@@ -105,7 +119,8 @@ class Rehearsal:
 
     def _devices(self, folder: Path, players: dict[str, str]) -> dict[str, RehearsedDevice]:
         lab = self.checked.lab
-        assert lab is not None
+        assert lab is not None and self.checked.survey is not None
+        told = devices_read(self.checked.survey)
         made: dict[str, RehearsedDevice] = {}
         for name in sorted({role.device for role in self.checked.roles.values()}):
             contract = lab.contracts[lab.lab.devices[name].contract]
@@ -124,7 +139,9 @@ class Rehearsal:
                     folder, folder, contract,
                 )  # fmt: skip
                 trouble = Trouble(reserved, self.seed or 1)
-                made[name] = RehearsedDevice(place, driver, contract, faults, trouble)
+                made[name] = RehearsedDevice(
+                    place, driver, contract, faults, trouble, is_read=name in told
+                )
             except ValueError as fault:
                 any_of = f"; any action may end with {listed(RESERVED_ERRORS)}"
                 raise NoRehearsal(f"{name}: {fault}{any_of * bool(ordered)}") from fault
@@ -134,6 +151,14 @@ class Rehearsal:
         counting.record(record, at_s)
         if isinstance(record, j.GoalEnded):
             self.say(at_s, counting.goals)
+
+
+def devices_read(survey: Survey) -> set[str]:
+    """The devices whose status an expression reads, also in used protocols."""
+    values = (spot.value for spot in survey.spots if isinstance(spot.value, Value))
+    asked = (one for value in values for one in value.expressions())
+    found = {survey.roles[role].device for one in asked for role in told_roles(one, survey.roles)}
+    return found.union(*(devices_read(used.survey) for used in survey.used.values()))
 
 
 def apart(faults: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, float]]]:

@@ -101,6 +101,7 @@ class Counting:
                 self._ended(record, at_s)
             case j.Planned():
                 self._planned.add(record.loop)
+                self._part(record.loop, at_s)
             case j.IterationEnded():  # a turn of a loop inside is part of a point, not one
                 self._part(record.loop, at_s).iterations += record.loop in self._planned
             case j.Asked():

@@ -54,6 +54,8 @@ class _LeapingSelector(selectors.DefaultSelector):
             return ready
         if self.holds or timeout is None:
             ready = super().select(self._longest_real_s)
+            while self.holds and not ready:  # a busy computer: the thread computes, and will end
+                ready = super().select(self._longest_real_s)
             if not ready:
                 raise StandsStill("the rehearsal waits for something that never comes")
             return ready

@@ -8,7 +8,7 @@ from labrun.engine.check import check_file
 from labrun.engine.commands.options import WrongUsage
 from labrun.engine.commands.rehearse import looked_at, ordered
 from labrun.engine.journal.gantt import Gantt
-from labrun.engine.rehearse.rehearse import NoRehearsal, Rehearsal
+from labrun.engine.rehearse.rehearse import NoRehearsal, Rehearsal, devices_read
 from labrun.engine.rehearse.table import duration, gantt, lines
 
 SHIPPED = Path(__file__).parents[3] / "protocols"
@@ -249,6 +249,32 @@ def test_a_while_that_never_ends_is_told_in_a_sentence(tmp_path):
     assert totals.fate == "aborted"
     assert "a `while` without `max` has taken 50 turns" in totals.reason
     assert totals.lasts_s == pytest.approx(50)
+
+
+@pytest.mark.parametrize(
+    ("read", "devices"),
+    [("", set()), ("status.gantry.state == 'idle'", {"gantry"}),
+     ("status[['gantry', 'libs'][0]] == 1", {"gantry", "libs"})],
+)  # fmt: skip
+def test_only_devices_whose_status_is_read_are_looked_at(tmp_path, read, devices):
+    (tmp_path / "r.yaml").write_text(
+        HEAD
+        + f'steps: [{{do: gantry.home, when: "${{{{ {read or "true"} }}}}"}}, {{do: libs.locate}}]\n'
+    )
+    checked = check_file(tmp_path / "r.yaml")
+    assert checked.survey is not None
+    assert devices_read(checked.survey) == devices
+
+
+def test_a_pause_ends_a_rehearsal_in_a_sentence(tmp_path):
+    steps = "steps:\n  - {wait: 3 s}\n  - {fail: no sample, on_error: pause}\n"
+
+    totals = rehearsed(tmp_path, steps)
+
+    assert totals.fate == "aborted"
+    assert totals.reason == (
+        "it pauses and waits for a person: no sample; `labrun continue` tries the step again"
+    )
 
 
 def test_times_of_day_are_those_of_the_virtual_clock(tmp_path):
