@@ -14,7 +14,7 @@ from ....system.tasks import spawn
 from ...journal.encode import decode, encode
 from ...language.expression import ExpressionError, Pending
 from ...language.own_functions import OwnFunction
-from ...language.value import Value
+from ...language.value import Value, as_text
 from ...run.frame import Scope
 from ...run.function_calls import FunctionFailed
 from ...run.run import Run
@@ -63,7 +63,7 @@ class Log(Immediate):
         if self.path not in self.run.past.steps:
             if self.replaying:
                 return self.fail(came_to_here(self.path))
-            text = str(self.text.evaluate(self.names))
+            text = as_text(self.text.evaluate(self.names))
             self.run.record(StepEnded(path=self.path, fate="succeeded", message=text))
             self.run.log(text, self.path)
         return Status.SUCCESS
@@ -83,8 +83,8 @@ class Notify(Immediate):
         if self.path not in self.run.past.steps:
             if self.replaying:
                 return self.fail(came_to_here(self.path))
-            text = str(self.text.evaluate(self.names))
-            picture = "" if self.picture is None else str(self.picture.evaluate(self.names))
+            text = as_text(self.text.evaluate(self.names))
+            picture = "" if self.picture is None else as_text(self.picture.evaluate(self.names))
             self.run.record(StepEnded(path=self.path, fate="succeeded", message=text))
             self.run.log(text, self.path)
             self.run.notify(text, picture)
@@ -194,5 +194,5 @@ class Fail(Immediate):
         self.text = text
 
     def act(self) -> Status:
-        text = str(self.text.evaluate(self.names))
+        text = as_text(self.text.evaluate(self.names))
         return self.fail(Failure("Failed", text, step=self.path))

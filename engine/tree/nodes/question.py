@@ -3,7 +3,7 @@
 from py_trees.common import Status
 
 from ...language.expression import ExpressionError
-from ...language.value import Value
+from ...language.value import Value, as_text
 from ...run.frame import Scope
 from ...run.questions import REFUSALS, Question
 from ...run.run import Run
@@ -31,7 +31,7 @@ class AskPerson(Node):
         self.failure, self.result, self.question = None, None, None
         path = f"{self.scope.frame.path}/{self.name}"
         try:
-            text = str(self.text.evaluate(self.run.names(self.scope.frame.names, path)))
+            text = as_text(self.text.evaluate(self.run.names(self.scope.frame.names, path)))
         except ExpressionError as fault:
             self.failure = Failure("Expression", str(fault), step=path)
             return

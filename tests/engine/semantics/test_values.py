@@ -85,14 +85,14 @@ def test_log(bench):
 steps:
   - log: begun
   - {id: long, do: a.act, with: {name: x, seconds: 0.2}}
-  - log: over
+  - log: ${{ [1.5 mm, 20 degC, null, true] }}
 """,
         "feedback main/long",
     )
 
     ran = bench.resume()
 
-    assert ran.logged == ["begun", "over"]
+    assert ran.logged == ["begun", "1.5 mm, 20 °C, null, true"]
 
 
 def test_collect_writes_a_row_an_iteration(run):
