@@ -113,7 +113,7 @@ class Past:
             self.goals, self.iterations, self.sets, self.settings, self.steps, self.computed,
             self.turned, self.answers,
         ):  # fmt: skip
-            for path in [path for path in table if path.startswith(prefix)]:
+            for path in [path for path in table if path.startswith(prefix)] if table else ():
                 del table[path]
 
     def keep_settings(self, loop: str, prefix: str) -> None:

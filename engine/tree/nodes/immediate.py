@@ -126,7 +126,8 @@ class SetNames(Immediate):
         for name, value in new.items():
             frame.assign(name, value)
         self.result = new
-        self.run.tell("step", self.path, "set", values=encode(new))
+        if self.run.is_heard("step"):
+            self.run.tell("step", self.path, "set", values=new)
         return Status.SUCCESS
 
     def terminate(self, new_status: Status) -> None:

@@ -165,7 +165,7 @@ class StepNode(Parent):
             self.run.requests.again()
 
     def _tell(self, state: str) -> None:
-        if not self.rules.silent:
+        if not self.rules.silent and self.run.is_heard("step"):
             self.run.tell("step", self.path, state)
 
     def _store_times(self) -> None:
