@@ -139,7 +139,7 @@ def told_roles(expression: Expression, roles: Collection[str]) -> set[str]:
     }
     if STATUS in expression.names and not asked <= set(roles):
         return set(roles)  # chosen in the run
-    return asked & set(roles)
+    return {role for role in roles if role in asked}
 
 
 def in_answer(node: ast.expr) -> bool:
