@@ -5,7 +5,7 @@ import { Annotation, EditorSelection, StateEffect, type ChangeDesc } from '@code
 import { EditorView, type ViewUpdate } from '@codemirror/view'
 import { computed, onScopeDispose, ref, shallowRef, watch } from 'vue'
 import { lastOfAll, patchAll, type Edit } from '../text/edit'
-import { rangeOf, RowIndex } from '../text/finding'
+import { firstOn, rangeOf, RowIndex } from '../text/finding'
 import { samePath, startsWith, toPointer, valueAt, type Path } from '../text/path'
 import { read, type Broken, type Read } from '../text/reading'
 import { rowsOf } from '../text/rows'
@@ -130,7 +130,7 @@ export function useEditing(first: string, { name, contracts, save, refuse }: Hos
 
   function goToLine(number: number): void {
     const line = view.state.doc.line(Math.max(1, Math.min(number, view.state.doc.lines)))
-    goTo(line.from)
+    goTo(line.from + firstOn(line.text))
   }
 
   function mend(problem: Found): void {

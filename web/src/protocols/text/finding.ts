@@ -38,6 +38,11 @@ export class RowIndex {
   }
 }
 
+/** Where what stands on a line begins: the space and the dashes before it belong to the step around it. */
+export function firstOn(line: string): number {
+  return line.search(/[^\s-]|$/)
+}
+
 /** The numbers of the rows that are visible while those in `closed` (by pointer) are closed. */
 export function seenRows(rows: readonly Row[], closed: ReadonlySet<string>): Int32Array {
   const seen = new Int32Array(rows.length)

@@ -1,6 +1,6 @@
 // The outline: titles, places, and what is visible while rows are closed.
 import { expect, test } from 'vitest'
-import { RowIndex, rangeOf, seenRows } from './finding'
+import { firstOn, RowIndex, rangeOf, seenRows } from './finding'
 import { fromPointer, toPointer } from './path'
 import { read, type Read } from './reading'
 import { rowsOf, type Row } from './rows'
@@ -81,4 +81,15 @@ test('what a loop runs over is told in words', () => {
   expect(told("csv('samples.csv')")).toBe('rows of samples.csv')
   expect(told('span(0 mm, params.width, 2 mm)')).toBe('0 mm to width by 2 mm')
   expect(told('range(3)')).toBe('range(3)')
+})
+
+test('a link to a line leads to the step that begins on it, not to the one around it', () => {
+  const lines = TEXT.split('\n')
+  const titled = (words: string): string | undefined => {
+    const at = lines.findIndex((line) => line.includes(words))
+    const from = lines.slice(0, at).join('\n').length + 1
+    return rows[new RowIndex(rows).at(from + firstOn(lines[at] ?? ''))]?.title
+  }
+
+  expect(['id: scan', 'gantry.move_to', 'libs.measure', 'log: dark'].map(titled)).toEqual(['For each point', 'Move to', 'Measure', 'Write to the log'])
 })
