@@ -31,8 +31,10 @@ def outliers(signals: Sequence[FloatArray], noise: Sequence[FloatArray]) -> list
         alone = MAD * float(np.median(distance)) if len(distance) else 0.0
         pooled = np.sqrt(own**2 + (part * m) ** 2)
         usual = np.clip(alone, pooled, OWN * pooled)
-        enough = len(distance) >= LEAST_SHOTS
-        far.append((distance > OUTLYING * usual) & enough)
+        out = distance > OUTLYING * usual
+        # Half of the shots or more are no outliers of the others: the standard itself scatters so.
+        some = len(distance) >= LEAST_SHOTS and 2 * np.count_nonzero(out) < len(distance)
+        far.append(out & some)
     return far
 
 

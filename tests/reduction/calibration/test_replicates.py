@@ -42,6 +42,12 @@ def test_a_shot_that_missed_is_found_and_hardly_any_other():
     assert wrong <= 0.01 * 40 * 48
 
 
+def test_a_standard_that_comes_in_two_halves_scatters_and_has_no_outliers():
+    signals = [np.array([10.0, 10.0, 90.0, 90.0]), *(np.full(4, 100.0 + k) for k in range(5))]
+
+    assert not any(one.any() for one in outliers(signals, noise(signals, 1.0)))
+
+
 def test_three_shots_tell_no_outlier():
     signals = [np.array([100.0, 101.0, 900.0]), np.array([10.0, 10.0, 11.0])]
 
