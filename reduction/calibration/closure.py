@@ -38,6 +38,9 @@ COOL_K, COOL_NE = 0.5, 0.3
 # What a response that had to be found in the same lines leaves of each ln(amount), by measured minerals.
 UNKNOWN_RESPONSE = 0.8
 LEAST_SHOTS = 3  # whose scatter is an error
+TWO = (
+    2**0.5
+)  # fits, the standard's and the sample's: a factor's error where scatter does not tell it
 DRAWS = 1_800
 
 
@@ -113,7 +116,7 @@ def one_point(
     for name, rows in told.items():
         factor, fitted, lost = np.array(rows).T
         enough = len(rows) >= LEAST_SHOTS
-        error = float(factor.std(ddof=1)) if enough else float(np.median(fitted))
+        error = float(factor.std(ddof=1)) if enough else TWO * float(np.median(fitted))
         points[name] = OnePoint(float(np.median(factor)), error, float(np.median(lost)))
     return points
 
@@ -146,7 +149,9 @@ def concentrations(
             own[k] = float(np.sqrt(UNIFORM**2 + unlike**2 + point.error**2))
         elif points:
             own[k] = np.hypot(own[k], np.std([one.log_factor for one in points.values()]))
-    covariance = told.covariance + np.diag(own**2)
+    # A factor's scatter from shot to shot has the plot's own in it.
+    fitted = np.isin(names, list(points or {}), invert=True)
+    covariance = told.covariance * np.outer(fitted, fitted) + np.diag(own**2)
     counted = _told_well(log_mass + np.log(bound), covariance, counted)
     if not counted.any():
         return {}

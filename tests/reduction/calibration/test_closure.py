@@ -67,6 +67,23 @@ def test_one_standard_makes_up_for_what_all_spectra_lack_alike(core):
     assert one_point([({"Si": before["Si"]}, [core])]) == {}
 
 
+def test_the_scatter_of_a_standards_shots_takes_the_place_of_the_fits_errors(core):
+    known = {name: one.wt_percent or 0.0 for name, one in concentrations(core, "oxides").items()}
+    one_shot, alike = (one_point([(known, [core] * n)]) for n in (1, 3))
+    errors = [
+        {
+            name: one.error
+            for name, one in concentrations(core, "oxides", points).items()
+            if one.error
+        }
+        for points in (one_shot, alike)
+    ]
+
+    assert all(point.error == pytest.approx(0, abs=1e-9) for point in alike.values())
+    assert errors[0].keys() == errors[1].keys() != set()
+    assert all(errors[1][name] < errors[0][name] for name in errors[1])
+
+
 def test_no_amounts_are_told_without_lines():
     noise = np.random.default_rng(1).normal(100, 5, 2_000)
 
