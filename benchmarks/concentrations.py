@@ -48,6 +48,7 @@ CURVES = {  # methods by a curve: what `labrun calibrate standards` is asked for
     "lines": Choices(pls=False),  # lines and normalisation as cross-validates best
     "area": Choices(by=AREA, pls=False),
     "light": Choices(by=LIGHT, pls=False),
+    "internal": Choices(by="O", pls=False),  # all these rocks are oxides: 42 to 51 wt % of oxygen
     "pls": Choices(pls=True),
     "best": Choices(pls=None),  # of each element the better of lines and PLS
 }
@@ -195,15 +196,15 @@ def by_closure(series: Series, n: int) -> Iterator[Row]:
                 yield name, wt[name] / whole, told
 
 
-def at_limits(series: Series, made: Calibration) -> Iterator[tuple[str, int, bool]]:
-    """(element, how many LOD of it a rock has: 0, 1 or 2, whether it is said to be above LOD)."""
+def at_limits(series: Series, made: Calibration) -> Iterator[tuple[str, float, int, bool]]:
+    """(element, LOD, how many LOD of it a rock has: 0, 1 or 2, whether it is said to be above LOD)."""
     rng = series.laboratory.rng
     for _ in range(AT_LOD):
         wt, times = rock(rng), {name: int(rng.integers(3)) for name in made.elements}
         wt |= {name: n * made.elements[name].lod for name, n in times.items()}
         shot = series.reduced(series.laboratory.shots(wt, 1, 2 * series.laboratory.measured)[0])
         for name, told in made.concentrations(series.axis_nm, [shot]).items():
-            yield name, times[name], "below LOD" not in told.flags
+            yield name, made.elements[name].lod, times[name], "below LOD" not in told.flags
 
 
 def main() -> None:
@@ -224,7 +225,7 @@ def main() -> None:
     asked = own.parse_args()
     print(f"{asked.standards} standards, {asked.unknowns} unknowns, {asked.shots} shots each")
     rows: dict[str, list[Row]] = {method: [] for method in asked.methods}
-    limits: list[tuple[str, int, bool]] = []
+    limits: list[tuple[str, float, int, bool]] = []
     for seed in asked.series:
         print(f"\nseries {seed}", flush=True)
         series = measured(
@@ -244,28 +245,34 @@ def main() -> None:
 
 
 def by_element(rows: Mapping[str, Sequence[Row]]) -> str:
-    """RMSEP, bias and coverage of each element by each method, and of all together."""
-    lines = [
-        "| | method | values | mean | RMSEP | bias | in 68 % | in 95 % |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
-    ]
+    """A row for each element: of each method RMSEP (bias), per cent in 68 and 95 % intervals, values."""
+    lines = [f"| | mean | {' | '.join(rows)} |", f"| --- | --- |{' --- |' * len(rows)}"]
     for name in (*MAJORS, *TRACES, "all"):
-        for method, of in rows.items():
-            read = [
+        own = {
+            method: [
                 (c, told)
                 for element, c, told in of
                 if name in (element, "all") and told.wt_percent is not None
             ]
-            if not read:
-                continue
-            error = np.array([told.wt_percent - c for c, told in read])
+            for method, of in rows.items()
+        }
+        truths = [c for read in own.values() for c, _ in read]
+        if truths:
+            cells = " | ".join(_cell(read, name == "all") for read in own.values())
             lines.append(
-                f"| {name} | {method} | {len(read)} | {np.mean([c for c, _ in read]):.2g} "
-                f"| {np.sqrt(np.mean(error**2)):.2g} | {error.mean():+.2g} "
-                f"| {100 * np.mean([abs(e.wt_percent - c) <= e.error for c, e in read]):.0f} % "
-                f"| {100 * np.mean([e.low <= c <= _end(e) for c, e in read]):.0f} % |"
+                f"| {name} | {'' if name == 'all' else f'{np.mean(truths):.2g}'} | {cells} |"
             )
     return "\n".join(lines)
+
+
+def _cell(read: Sequence[tuple[float, Concentration]], together: bool) -> str:
+    if not read:
+        return ""
+    error = np.array([told.wt_percent - c for c, told in read])
+    in_68 = 100 * np.mean([abs(e.wt_percent - c) <= e.error for c, e in read])
+    in_95 = 100 * np.mean([e.low <= c <= _end(e) for c, e in read])
+    off = "" if together else f"{np.sqrt(np.mean(error**2)):.2g} ({error.mean():+.1g}), "
+    return f"{off}{in_68:.0f}/{in_95:.0f} of {len(read)}"
 
 
 def limits_held(rows: Mapping[str, Sequence[Row]]) -> str:
@@ -278,20 +285,19 @@ def limits_held(rows: Mapping[str, Sequence[Row]]) -> str:
     return "\n".join(said)
 
 
-def counted(limits: Sequence[tuple[str, int, bool]]) -> str:
+def counted(limits: Sequence[tuple[str, float, int, bool]]) -> str:
     """False positives and negatives of one shot, by element."""
     lines = [
-        "| | without it, told | with one LOD, not told | with two LOD, not told |",
-        "| --- | --- | --- | --- |",
+        "| | LOD | without it, told | with one LOD, not told | with two LOD, not told |",
+        "| --- | --- | --- | --- | --- |",
     ]
     for name in (*MAJORS, *TRACES, "all"):
-        cells = []
+        own = [rest for element, *rest in limits if name in (element, "all")]
+        cells = ["" if name == "all" or not own else f"{np.median([lod for lod, _, _ in own]):.2g}"]
         for n in range(3):
-            told = [
-                yes for element, times, yes in limits if name in (element, "all") and times == n
-            ]
+            told = [yes for _, times, yes in own if times == n]
             cells.append(f"{sum(told) if n == 0 else len(told) - sum(told)} of {len(told)}")
-        if any(name in (element, "all") for element, _, _ in limits):
+        if own:
             lines.append(f"| {name} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
