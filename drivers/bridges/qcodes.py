@@ -35,7 +35,8 @@ class Qcodes(Library):
         if self.config.resource is not None:
             options.setdefault("address", self.config.resource)
             simulated = "pyvisa_sim_file" in options
-            if issubclass(found, VisaInstrument) and self.config.visa_library and not simulated:
+            over_visa = isinstance(found, type) and issubclass(found, VisaInstrument)
+            if over_visa and self.config.visa_library and not simulated:
                 options.setdefault("visalib", self.config.visa_library)
         name = self.place.device
         if Instrument.exist(name):  # it was given up, and has not been closed yet
