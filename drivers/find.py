@@ -50,6 +50,7 @@ SHIPPED = {
     "gp": "labrun.drivers.optimizer.gp:Gp",
     "optuna": "labrun.drivers.optimizer.by_optuna:Optuna",
     "gpcam": "labrun.drivers.optimizer.by_gpcam:Gpcam",
+    "baybe": "labrun.drivers.optimizer.by_baybe:Baybe",
     "apprise": "labrun.drivers.messenger.messenger:Messenger",
     "balance": "labrun.drivers.balance.driver:Balance",
     "grbl": "labrun.drivers.grbl.gantry:Grbl",
@@ -67,7 +68,8 @@ SHIPPED = {
 """Drivers that come with labrun; the entry-point group `labrun.drivers` adds others."""
 
 NEEDS = {
-    "gp": "optimize", "optuna": "optuna", "gpcam": "gpcam", "sciaps_gui": "gui", "window_program": "gui",
+    "gp": "optimize", "optuna": "optuna", "gpcam": "gpcam", "baybe": "baybe",
+    "sciaps_gui": "gui", "window_program": "gui",
 }  # fmt: skip
 """The extras of those whose modules cannot even be read without; of others their class says it."""
 

@@ -25,6 +25,7 @@ EXTRAS = {
     "quant": ("sklearn", "scipy", "numpy"),
     "optuna": ("optuna", "numpy"),
     "gpcam": ("gpcam", "numpy"),
+    "baybe": ("baybe", "numpy"),
     "notify": ("apprise",),
     "visa": ("pyvisa",),
     "modbus": ("pymodbus",),

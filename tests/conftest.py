@@ -121,6 +121,7 @@ NEEDS = {
     "mcp": Need(lambda: find_spec("mcp") is not None, "pip install 'labrun[mcp]'"),
     "optuna": Need(lambda: find_spec("optuna") is not None, "pip install 'labrun[optuna]'"),
     "zaber": Need(lambda: find_spec("zaber_motion") is not None, "pip install 'labrun[zaber]'"),
+    "baybe": Need(lambda: find_spec("baybe") is not None, "pip install 'labrun[baybe]'"),
     "gpcam": Need(lambda: find_spec("gpcam") is not None, "pip install 'labrun[gpcam]'"),
     "asyncua": Need(lambda: find_spec("asyncua") is not None, "pip install 'labrun[opcua]'"),
 }
@@ -136,6 +137,7 @@ LIBRARIES = {
     "optuna",
     "zaber",
     "gpcam",
+    "baybe",
 }
 """Of instruments: each is tested in an environment of its own, so that labrun's stays small."""
 BY_FIXTURE = {"screen": "screen", "node_modules": "node"}

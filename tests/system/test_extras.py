@@ -120,6 +120,7 @@ IN_ENVIRONMENTS_OF_THEIR_OWN = {
     "oak",
     "zaber",
     "gpcam",
+    "baybe",
 }
 
 
@@ -256,7 +257,7 @@ def test_every_driver_is_there_or_says_the_line_that_adds_what_it_needs():
     assert {name: found and found[1] for name, found in extras.items()} == {
         "sim_depth_camera": "vision", "stereo_camera": "vision", "realsense": "realsense", "oak": "oak",
         "reducer": "spectra", "gp": "optimize",
-        "optuna": "optuna", "zaber": "zaber", "gpcam": "gpcam", "apprise": "notify",
+        "optuna": "optuna", "zaber": "zaber", "gpcam": "gpcam", "baybe": "baybe", "apprise": "notify",
         "sciaps_gui": "gui", "window_program": "gui",
     }  # fmt: skip
 

@@ -3,6 +3,7 @@
 import pytest
 
 from labrun.drivers.driver import ActionFailed
+from labrun.drivers.optimizer.by_baybe import Baybe
 from labrun.drivers.optimizer.by_gpcam import Gpcam
 from labrun.drivers.optimizer.by_optuna import Optuna
 
@@ -10,7 +11,7 @@ from .stories import SPACE, Asker, loss, played
 
 DRIVERS = [
     pytest.param(kind, id=name, marks=[pytest.mark.soak, pytest.mark.needs(name)])
-    for name, kind in (("optuna", Optuna), ("gpcam", Gpcam))
+    for name, kind in (("optuna", Optuna), ("gpcam", Gpcam), ("baybe", Baybe))
 ]
 
 
