@@ -214,6 +214,7 @@ def test_a_contract_is_kept_by_a_lab_entry_alone(tmp_path, language, contract):
         (("scan", "--contract", "gantry@1"), "labrun new device scan"),
         (("scan", "--from", "pymeasure:a.B"), "--from is for devices: labrun new device scan"),
         (("device", "x", "--from", "a:B", "--contract", "gantry@1"), "leave out --contract"),
+        (("device", "x", "--from", "modbus"), "says no instrument: write, for example, modbus:"),
         (("my", "scan"), "give one name; a name with spaces in quotes: 'my scan'"),
     ],
 )
