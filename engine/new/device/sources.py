@@ -56,7 +56,9 @@ def described(source: str) -> Described:
     if scheme not in SOURCES or scheme == source:
         examples = ", ".join(one.example for one in SOURCES.values())
         if source in SOURCES:
-            raise CannotMake(f"{source!r} says no instrument: write, for example, {SOURCES[source].example}")
+            raise CannotMake(
+                f"{source!r} says no instrument: write, for example, {SOURCES[source].example}"
+            )
         raise CannotMake(
             f"{source!r}{did_you_mean(scheme, SOURCES)}: a device can be made from {examples}"
         )
