@@ -119,6 +119,7 @@ def nothing_twice(entries):
     return max(Counter(entry["goal"].rpartition("/")[0] for entry in entries).values()) == 1
 
 
+@pytest.mark.soak
 def test_a_plate_is_filled_and_weighed_though_its_engine_is_killed_in_the_middle_of_a_column(bench):
     engine = bench.begin("fill_plate.yaml")
     bench.wait_for("pipette", "dispense", 20)
@@ -135,7 +136,9 @@ def test_a_plate_is_filled_and_weighed_though_its_engine_is_killed_in_the_middle
     assert len(bench.truth("pipette", "eject_tip")) == 1
 
 
-@pytest.mark.parametrize("killed", ["server", "server and engine"])
+@pytest.mark.parametrize(
+    "killed", ["server", pytest.param("server and engine", marks=pytest.mark.soak)]
+)
 def test_masses_are_right_though_the_server_of_the_balance_is_killed_with_liquid_on_the_pan(
     bench, killed
 ):
@@ -182,6 +185,7 @@ def test_a_titration_finds_its_end_point_though_its_engine_is_killed_in_the_midd
     assert max(near) < 0.06 < 0.9 < max(steps)
 
 
+@pytest.mark.soak
 def test_a_furnace_that_is_killed_in_the_night_is_held_no_longer_than_was_wanted(bench):
     (bench.folder / "lab.yaml").write_text(NIGHT.replace("MORE", ""))
     engine = bench.begin("furnace_night.yaml", "--lab", "lab.yaml", "-p", "hold=3 h")

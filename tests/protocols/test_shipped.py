@@ -179,7 +179,7 @@ def test_a_scan_whose_engine_is_killed_goes_on_in_focus_and_fires_no_shot_twice(
     assert len(read_rows(run)) == 18
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_scan_outlives_the_death_of_every_one_of_its_servers(tmp_path):
     command = [*COMMAND, "run", str(PEGMATITE), "-p", "pitch=1 mm", "--runs", "runs"]
     with (tmp_path / "said.txt").open("w") as said:

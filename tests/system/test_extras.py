@@ -29,8 +29,8 @@ BY_THE_SYSTEM = {
     "action_msgs",
     "unique_identifier_msgs",
 }
-THROUGH_ANOTHER = {"starlette", "distributed", "pydantic_core"}
-"""Come with fastapi, as `dask[distributed]`, and with pydantic, which wants just one version of it."""
+THROUGH_ANOTHER = {"starlette", "distributed", "pydantic_core", "torch"}
+"""Come with fastapi, as `dask[distributed]`, with pydantic (it wants just one version), and with BayBE."""
 BY_HAND = {"apsw", "libskit", "setuptools"}
 """For simulated disks, a script that compiles the table of lines, and the installation."""
 

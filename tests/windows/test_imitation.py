@@ -204,7 +204,7 @@ def test_a_run_whose_engine_is_killed_is_resumed(tmp_path, started, labrun):
     assert b"\r" not in journal(tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_device_servers_end_in_order_on_ctrl_break(started, tmp_path):
     serving = started("serving", "serve", "--port", "0")
     serving.send_signal(CTRL_BREAK)

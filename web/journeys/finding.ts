@@ -9,7 +9,7 @@ import { bench, browser } from './stage'
 
 let ids: string[] = []
 
-describe('runs', () => {
+describe('runs', { tags: ['soak'] }, () => {
   beforeAll(async () => {
     for (const [sample, height] of [['K17', '0.6 mm'], ['K17', '0.4 mm'], ['SPD-07', '0.4 mm']] as const) {
       const run = await startRun(bench, 'pegmatite_map.yaml', { width: '0.6 mm', height, sample })

@@ -145,6 +145,7 @@ describe('the frame', () => {
     await ada.page.getByRole('button', { name: 'Take control' }).waitFor()
     await ada.page.getByText('Ada is at lunch').first().waitFor()
     await bo.page.reload()
+    await bo.page.getByRole('button', { name: 'Release control' }).waitFor()
     await releaseControl(bo.page)
 
     expect((await ask<{ holder: string | null }>(bench, '/control')).holder).toBeNull()

@@ -7,7 +7,7 @@ import pytest
 from ..gantry_calls import KeepsGantryContract, case_of
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 class TestMarlin(KeepsGantryContract):
     case = case_of("marlin")
 

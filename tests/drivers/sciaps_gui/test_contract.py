@@ -7,7 +7,7 @@ import pytest
 from ..analyser_calls import KeepsAnalyserContract, case_of
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 class TestSciapsGui(KeepsAnalyserContract):
     case = case_of("sciaps_gui")
 

@@ -108,6 +108,7 @@ def test_what_was_exported_is_deleted_by_name_and_nothing_else(gui, delete):
     assert data == again
 
 
+@pytest.mark.soak
 def test_the_spectrum_of_another_shot_is_noticed_before_anything_is_deleted(gui):
     analyser = gui.start(keep=True)  # whatever is measured, the oldest shot stays selected
 

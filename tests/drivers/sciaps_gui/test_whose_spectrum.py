@@ -79,6 +79,7 @@ def test_a_strangers_file_is_left_alone_and_the_own_one_waited_for(gui, stray):
     assert (gui.folder / "program" / "exports" / stray).is_file()
 
 
+@pytest.mark.soak
 def test_a_strangers_file_alone_is_not_taken_and_nothing_is_deleted(gui):
     analyser = gui.start(stray="other_1.csv", late_s=100.0)
 

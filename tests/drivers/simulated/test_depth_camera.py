@@ -49,7 +49,7 @@ def test_it_keeps_its_contract():
     check_driver(SimDepthCamera, shipped_contracts()["depth_camera@1"])
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_it_finds_its_place_above_the_bench_to_a_millimetre(tmp_path):
     found = played(camera(tmp_path), calibrated)
 
@@ -58,7 +58,7 @@ def test_it_finds_its_place_above_the_bench_to_a_millimetre(tmp_path):
     assert found["tilt"] == pytest.approx(30, abs=0.2)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_numbers_that_come_as_whole_ones_are_as_good(tmp_path):
     async def story(twin):
         goal = GoalContext("c1")
@@ -129,7 +129,7 @@ def test_without_a_height_the_two_eyes_tell_it(tmp_path):
     assert (point["x"], point["y"], point["z"]) == pytest.approx((380, 420, 25), abs=2)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_stones_are_found_where_they_lie_and_nothing_else_is(tmp_path):
     async def story(twin):
         await calibrated(twin)

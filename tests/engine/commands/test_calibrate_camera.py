@@ -80,7 +80,7 @@ def test_the_report_is_json_for_programs_and_the_camera_yaml_on_standard_output(
     assert "reprojection error" in plain.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_what_cannot_be_calibrated_is_a_sentence(lab):
     (lab / "empty").mkdir(exist_ok=True)
     save(lab / "mixed" / "a.png", np.zeros((20, 30), np.uint8))

@@ -204,6 +204,7 @@ def test_holes_are_told_and_measured_again_for_a_named_person(bench):
     assert len(bench.fired()) == len(set(bench.fired())) > len(fired)
 
 
+@pytest.mark.soak
 def test_a_run_of_which_nothing_succeeded_failed_in_words(bench):
     bench.set_up(rate=1)
     terminal = bench.run()
@@ -218,6 +219,7 @@ def test_a_run_of_which_nothing_succeeded_failed_in_words(bench):
     assert bench.fired() == []
 
 
+@pytest.mark.soak
 def test_one_failure_too_many_names_the_point_and_keeps_the_size_of_the_plan(bench):
     bench.set_up(rate=1, keep_going="{max_failed: 2}")
     terminal = bench.run()

@@ -273,7 +273,7 @@ def test_a_person_who_knows_that_it_happened_says_so_with_what_later_steps_need(
     assert "told seen" in [r.result or r.message for r in bench.records("step")]
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_person_who_knows_that_it_did_not_happen_lets_it_be_done(tmp_path):
     bench = killed_in_the_second_shot(tmp_path, probe=False)
 
@@ -282,7 +282,7 @@ def test_a_person_who_knows_that_it_did_not_happen_lets_it_be_done(tmp_path):
     assert (told.returncode, status, bench.fired) == (0, 0, ["1", "2", "2"]), told.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_an_answer_that_does_not_fit_is_refused_with_what_is_wrong(tmp_path):
     bench = killed_in_the_second_shot(tmp_path, probe=False)
 

@@ -74,7 +74,7 @@ def test_a_server_that_goes_on_dying_is_a_failure_of_the_step(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("of_the_set", [False, True])
+@pytest.mark.parametrize("of_the_set", [False, pytest.param(True, marks=pytest.mark.soak)])
 def test_with_a_retry_the_number_of_attempts_is_the_persons_also_of_those_that_are_lost(
     tmp_path, of_the_set
 ):
@@ -87,7 +87,7 @@ def test_with_a_retry_the_number_of_attempts_is_the_persons_also_of_those_that_a
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("retry", ["", ", retry: 3"])
+@pytest.mark.parametrize("retry", ["", pytest.param(", retry: 3", marks=pytest.mark.soak)])
 def test_what_may_have_happened_is_not_asked_for_again(tmp_path, retry):
     _, ended, _ = run(tmp_path, deaths=99, effect="once", retry=f"{retry}, on_unknown: skip")
 
@@ -117,7 +117,7 @@ class Mortal(Driver):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("effect", ["once", "idempotent"])
+@pytest.mark.parametrize("effect", ["once", pytest.param("idempotent", marks=pytest.mark.soak)])
 def test_an_orderly_end_of_a_server_with_a_slow_safe_state_costs_no_step(tmp_path, effect):
     presses = ", ".join(f"{{do: m.press, with: {{lives: {n}}}}}" for n in (1, 2, 3))
 

@@ -180,7 +180,7 @@ def indented(text: str) -> list[str]:
     return ["\n".join(line[4:] for line in block.splitlines()).strip() + "\n" for block in blocks]
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_every_fragment_that_the_checker_lets_pass_passes():
     passing = [text for text in fragments() if check_text(text, "page.yaml").ok]
     refused = {text: told(text) for text in passing if told(text) != ("", "")}

@@ -77,7 +77,7 @@ def test_what_is_equal_counts_as_done(story):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_more_items_are_done_and_those_before_are_not_done_again(story):
     status, said = story.resume(MENDED, ("range(3)", "range(5)"))
 
@@ -120,7 +120,7 @@ def test_shots_after_a_move_that_changed_are_kept_only_if_a_person_says_so(story
     assert [n for n in story.done() if n.startswith("shot")] == ["shot0", "shot1", "shot2"]
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_the_change_is_kept_and_counts_for_every_later_resume(story):
     status, _ = story.resume(("name: break, script: Broken", "name: still, script: Broken"))
     again, said = story.labrun("resume", "last")
@@ -142,7 +142,7 @@ def test_a_copy_that_was_edited_by_hand_is_refused_with_the_way_out(story):
     assert "--changed FILE" in said
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_problems_of_a_changed_protocol_are_told_as_of_any_other(story):
     status, said = story.resume(("do: a.shoot", "do: a.shot"))
 

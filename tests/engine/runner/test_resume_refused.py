@@ -74,7 +74,7 @@ def stopped(tmp_path):
         servers[-1].communicate()
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_device_that_is_gone_is_named_with_its_address(stopped):
     run, replace = stopped
     replace()
@@ -87,7 +87,7 @@ def test_a_device_that_is_gone_is_named_with_its_address(stopped):
     assert len(list(read_records(run / "journal.jsonl"))) == records + 1  # `resumed`, nothing else
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_device_of_another_contract_version_is_refused(stopped):
     run, replace = stopped
     source = run.parent.parent / "scripted.py"
@@ -168,7 +168,7 @@ def test_a_clock_that_jumped_loses_nothing_and_tells_nothing_of_a_device(stopped
     assert [r.n for r in records] == list(range(1, len(records) + 1))
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_changed_byte_is_named_and_refused(stopped):
     run, _ = stopped
     journal = run / "journal.jsonl"

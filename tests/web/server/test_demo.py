@@ -111,6 +111,7 @@ def test_faults_are_for_the_demonstration_only(shared, page):
     assert (answer.status_code, answer.json()["code"]) == (404, "NO_DEMO")
 
 
+@pytest.mark.soak
 def test_the_demonstration_leaves_nothing_behind_and_ends_its_runs(lasting_demo, control, wait_for):
     folder = lasting_demo.library
     control.reach("gantry", "libs", "reduce")

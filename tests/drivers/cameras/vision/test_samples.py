@@ -123,6 +123,7 @@ def test_a_stone_of_the_bench_s_own_grey_is_found_by_its_height():
     assert sample["area"] == pytest.approx(2000, rel=0.15)
 
 
+@pytest.mark.soak
 def test_the_largest_comes_first_and_the_small_are_left_out():
     bench = Bench()
     bench.slab(ROCK)

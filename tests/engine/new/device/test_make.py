@@ -80,7 +80,7 @@ def test_what_is_written_is_clean_and_keeps_the_shape_of_its_contract(tmp_path, 
         check_driver(find_driver(place, tmp_path), shape)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.timeout(1000)
 @pytest.mark.posix("Windows has no pseudo-terminals")
 @pytest.mark.parametrize(
