@@ -18,7 +18,7 @@ from ..grbl.report import ReportReader
 from ..grbl.settings import Settings
 from ..motion.bench import LETTERS, Point, place_words, read_bench
 from ..motion.config import PLACING
-from ..motion.faults import Ended, Lost, MotionFault, Silent, WrongPlace
+from ..motion.faults import Ended, Lost, MotionFault, Restarted, Silent, WrongPlace
 from .control import Control
 from .jog import jog_while
 from .stopping import stop
@@ -151,6 +151,9 @@ class OpenBuilds(GrblDialect):
         for left in reversed(range(SETTINGS_TRIES)):
             try:
                 return await self.control.ask("$$", SETTINGS_S)
+            except Restarted:  # opening the port, or the halt of that move, has booted it
+                if not left:
+                    raise
             except Silent:
                 if not left:
                     raise

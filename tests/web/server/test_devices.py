@@ -233,7 +233,7 @@ def test_a_hold_cannot_run_beyond_the_end_of_its_axis(shared, page, wait_for):
     reason = wait_for(lambda: page.post(f"/jogs/{jog['id']}/beat").json()["reason"], "its end")
 
     assert reason == "x is at its limit"
-    assert page.get("/devices/gantry").json()["status"]["x"] == 0
+    wait_for(lambda: page.get("/devices/gantry").json()["status"]["x"] == 0, "its last status")
 
 
 def test_stop_all_needs_no_sign_in_and_breaks_off_what_moves(unhurried, hand, wait_for):
