@@ -119,7 +119,7 @@ class Acting:
         if device_link.goal is not None and device_link.contract.actions[action].meanwhile:
             work = self._send(device_link, state, deadline, leased)  # by the lease that is held
         else:
-            device_link.take_turn()
+            await device_link.take_turn()
             work = self._carry(device_link, state, deadline, leased)
         task = spawn(f"{device_link.name}.{action} by hand", work, expected=(Refusal,))
         self._tasks.add(task)
@@ -169,12 +169,12 @@ class Acting:
             try:
                 await self._send(device_link, state, deadline, leased)
             finally:
-                device_link.goal = None
+                device_link.leave_turn()
                 await client.release(device_link.name)
                 self._changed(state.id)
                 self._moved(device_link.name)
         finally:
-            device_link.busy = False
+            device_link.end_turn()
 
     async def _send(
         self,

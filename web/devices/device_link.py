@@ -40,6 +40,9 @@ class DeviceLink:
         """From the last manual action: newer than any status for a moment."""
         self.busy = False
         """True during a manual action: one at a time."""
+        self._leaving = False
+        """Its action is over, and its lease is being released."""
+        self._turn_over = asyncio.Event()
         self._status_at: str | None = None
         self._status_s = self._result_s = -math.inf
         self._lab = lab
@@ -106,13 +109,26 @@ class DeviceLink:
 
     def check_turn(self) -> None:
         """Raise Refusal (409) during a manual action."""
-        if self.busy:
+        if self.busy and not self._leaving:
             raise Refusal(409, "BUSY", f"{self.name} is busy with another action by hand")
 
-    def take_turn(self) -> None:
-        """Be `busy` from this instant, until whoever took the turn ends that; raises Refusal (409)."""
+    async def take_turn(self) -> None:
+        """Be `busy` until `end_turn`; raises Refusal (409). A lease that is being released is waited for."""
         self.check_turn()
+        while self.busy:
+            await self._turn_over.wait()
+            self.check_turn()
         self.busy = True
+        self._turn_over.clear()
+
+    def leave_turn(self) -> None:
+        """The action is over, as everybody is told; its lease is still to be released."""
+        self.goal, self._leaving = None, True
+
+    def end_turn(self) -> None:
+        """The next may have its turn."""
+        self.busy = self._leaving = False
+        self._turn_over.set()
 
     def reachable_client(self) -> DeviceClient:
         """Its client; raises Refusal (503) if it cannot be reached."""

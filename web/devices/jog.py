@@ -65,14 +65,14 @@ class Jog:
             try:
                 await self.move(client, begun)
             finally:
-                device_link.goal = None
+                device_link.leave_turn()
                 await client.release(device_link.name)
         except Refusal as refusal:
             if not begun.done():
                 raise
             self.end(str(refusal))
         finally:
-            device_link.busy = False
+            device_link.end_turn()
             self.over.set()
             self._changed(self.id)
 

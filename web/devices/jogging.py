@@ -104,7 +104,7 @@ class Jogging:
         else:
             jog = Stretched(device_link, moving, asked, by, self._changed)
         begun: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        device_link.take_turn()
+        await device_link.take_turn()
         task = spawn(f"hold {jog.id} of {device}", jog.run(begun), expected=(Refusal,))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)

@@ -38,7 +38,7 @@ class Bench:
         self.arming = Arming(self.links.device_link, self.used_by, lambda name: None)
         of = (self.links.device_link,)
         self.acting = Acting(
-            *of, self.arming, folder, lambda id: None, lambda name: None, lambda: least_s
+            *of, self.arming, folder, lambda id: self.seen.set(), lambda name: None, lambda: least_s
         )
         self.jogging = Jogging(*of, self.acting, self.arming, lambda id: None)
         self.gantry = self.links.links["gantry"]
@@ -89,6 +89,22 @@ def test_of_two_requests_at_the_same_instant_one_is_refused(tmp_path, other):
     at_once, after = asyncio.run(story())
 
     assert refused(at_once) == ["BUSY"]
+    assert after.state == "SUCCEEDED"
+
+
+def test_an_action_that_is_over_keeps_nobody_from_the_next(tmp_path):
+    async def story():
+        async with bench(tmp_path) as made:
+            first = asyncio.create_task(made.move(10))
+            async with asyncio.timeout(500):
+                while not any(made.acting.goal(id).ended_at for id in made.acting.newest()):
+                    made.seen.clear()
+                    await made.seen.wait()
+            return made.gantry.busy, await made.move(30), await first
+
+    busy, after, _ = asyncio.run(story())
+
+    assert busy  # its lease is still being released
     assert after.state == "SUCCEEDED"
 
 
