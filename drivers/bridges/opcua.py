@@ -57,9 +57,8 @@ class Opcua(Library):
         self._nodes: dict[str, Any] = {}
         try:
             if any("at" in one for act in said.actions.values() for one in act.returns.values()):
-                await (
-                    client.load_data_type_definitions()
-                )  # what the server's structures have in them
+                # What the server's structures have in them.
+                await client.load_data_type_definitions()
             server = client.get_node("i=2261")  # Server_ServerStatus_BuildInfo_ProductName
             self.versions = {"server": str(await server.read_value())}
         except BaseException:  # a cancel as well

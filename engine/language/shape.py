@@ -264,8 +264,11 @@ def _model_in(annotation: Any) -> Any:
 
 
 def _value_model(annotation: Any) -> Any:
+    """The model of the items of the list, or the values of the keys, that an annotation is or allows."""
     arguments = get_args(annotation)
-    return _model_in(arguments[-1]) if arguments else None
+    if get_origin(annotation) in (dict, list):
+        return _model_in(arguments[-1])
+    return next((m for a in arguments if (m := _value_model(a))), None)
 
 
 def kind_words(value: Any) -> str:
