@@ -210,7 +210,10 @@ describe('an action', () => {
     await form.getByText('✓ ok').waitFor()
     await picture(page, 'action')
 
-    expect((await status('gantry'))['x']).toBe(20)
+    // A status follows the outcome; the page has it when it shows it.
+    await expect.poll(async () => (await status('gantry'))['x']).toBe(20)
+    const shown = Number((await status('gantry'))['work_x']).toFixed(2)
+    await expect.poll(() => page.getByRole('status', { name: 'X position' }).innerText()).toBe(shown)
 
     await form.getByLabel('x', { exact: true }).fill('')
     await form.getByRole('button', { name: 'Teach' }).click()
