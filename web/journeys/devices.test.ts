@@ -212,7 +212,7 @@ describe('an action', () => {
 
     // A status follows the outcome; the page has it when it shows it.
     await expect.poll(async () => (await status('gantry'))['x']).toBe(20)
-    const shown = Number((await status('gantry'))['work_x']).toFixed(2)
+    const shown = Number((await status('gantry'))['work_x']).toFixed(2).replace('-', '−')
     await expect.poll(() => page.getByRole('status', { name: 'X position' }).innerText()).toBe(shown)
 
     await form.getByLabel('x', { exact: true }).fill('')
