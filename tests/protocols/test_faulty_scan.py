@@ -16,7 +16,7 @@ import pytest
 from labrun.engine.journal.course import split_goal_id
 from labrun.engine.journal.journal import read_records
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.soak
 
 
 PEGMATITE = Path(str(files("labrun.protocols").joinpath("pegmatite_map.yaml")))
@@ -36,9 +36,7 @@ devices:
 """
 
 
-@pytest.mark.parametrize(
-    ("pitch", "points"), [("1 mm", 55), pytest.param("0.2 mm", 1071, marks=pytest.mark.soak)]
-)
+@pytest.mark.parametrize(("pitch", "points"), [("1 mm", 55), ("0.2 mm", 1071)])
 @pytest.mark.timeout(600)
 def test_a_scan_with_faults_and_a_restart_ends_by_itself_complete(tmp_path, pitch, points):
     (tmp_path / "lab.yaml").write_text(LAB)

@@ -41,7 +41,7 @@ def test_it_is_a_lab_without_a_problem_and_says_that_something_is_real():
     assert lab.lab.devices["balance"].driver == "balance"
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_protocol_weighs_on_the_real_balance_what_the_simulated_pipette_does_not_drop(tmp_path):
     assert labrun(tmp_path, "check", "lab.yaml").returncode == 2  # a lab is not a protocol
     made = subprocess.run(

@@ -23,7 +23,7 @@ def test_it_keeps_the_contract(tmp_path):
 @pytest.mark.parametrize(
     ("look", "scale", "steps"),
     [
-        ("grey", 1.2, 2),
+        pytest.param("grey", 1.2, 2, marks=pytest.mark.soak),
         pytest.param("dark", 1.4, 1, marks=pytest.mark.soak),
         pytest.param("paper", 0.8, 2, marks=pytest.mark.soak),
     ],

@@ -18,7 +18,7 @@ async def shoot(driver):
     return await driver.measure(GoalContext("g"))
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_an_error_that_stands_there_is_read_and_closed_first(gui):
     analyser = gui.start()
     analyser.order("error The argon is low")
@@ -271,7 +271,7 @@ def test_an_export_folder_without_room_is_told_before_anything_is_clicked(gui, m
     assert "has only 4096 bytes free" in failure.message
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_shot_that_is_over_leaves_it_safe(gui):
     gui.start()
 

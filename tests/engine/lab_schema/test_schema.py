@@ -210,7 +210,7 @@ def mutants(count: int, seed: int) -> list[Any]:
     return made
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_mutant_that_the_checker_lets_pass_passes_and_most_structural_faults_are_seen():
     seen = structural = 0
     for mutant in mutants(150, seed=4):

@@ -90,7 +90,7 @@ class World:
                 assert n == owner or since < self.granted[one], "somebody came in between"
 
 
-@pytest.mark.parametrize("beside", [2, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("beside", [2, pytest.param(3, marks=pytest.mark.soak)])
 def test_no_order_of_small_programs_blocks(beside):
     orders = 0
     for programs in combinations_with_replacement(PROGRAMS, beside):

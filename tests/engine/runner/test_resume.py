@@ -88,7 +88,7 @@ def test_after_a_kill_every_shot_was_fired_once_and_every_row_is_there(tmp_path,
     assert list(read_records(folder / "journal.jsonl"))[-1].outputs == {"n": 4}
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_run_that_was_killed_many_times_still_ends_with_every_shot_once(tmp_path, bench):
     process = begin(tmp_path, bench.lab)
     for records in (4, 12, 19, 30):

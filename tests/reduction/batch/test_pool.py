@@ -64,7 +64,7 @@ def test_several_processes_share_the_work_and_are_gone_afterwards(spectra, tmp_p
     assert all(gone(pid) for pid in pids)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_killed_worker_costs_nothing_but_time(spectra, tmp_path):
     pool = Struck(1, Settings(), lambda: None)
     pool.victim, pool.blows = "core_4", 1

@@ -5,8 +5,6 @@ import pytest
 LASER_LIST = ["enclosure closed", "nobody in the beam path", "sample fixed"]
 SMALL = {"width": "0.4 mm", "height": "0.4 mm"}
 
-pytestmark = pytest.mark.slow  # 18 device servers
-
 
 @pytest.fixture
 def control(lasting_demo):
@@ -30,6 +28,7 @@ def test_the_shipped_protocols_run_on_the_demonstration(control):
     assert run["done"] == 9 and {"Li", "K", "Si"} <= maps
 
 
+@pytest.mark.soak
 def test_a_fault_that_was_ordered_happens_and_is_told(control):
     control.reach("gantry", "libs", "reduce")
     ordered = control.command(
@@ -46,6 +45,7 @@ def test_a_fault_that_was_ordered_happens_and_is_told(control):
     assert run["nodes"]["main/scan/*/shoot"]["retries"] == 2
 
 
+@pytest.mark.soak
 def test_a_server_is_killed_to_order_and_comes_back(control, lasting_demo, wait_for):
     control.reach("camera")
     pid = lasting_demo.server_pid("camera")
@@ -55,6 +55,7 @@ def test_a_server_is_killed_to_order_and_comes_back(control, lasting_demo, wait_
     control.reach("camera")
 
 
+@pytest.mark.soak
 def test_a_frozen_device_does_not_confirm_the_stop_until_it_thaws(control, wait_for):
     control.reach("balance")
     control.command("/demo/fault", {"device": "balance", "kind": "freeze"})
@@ -69,6 +70,7 @@ def test_a_frozen_device_does_not_confirm_the_stop_until_it_thaws(control, wait_
     wait_for(lambda: not silent(control.post("/stop").json()), "the stop of every device")
 
 
+@pytest.mark.soak
 def test_a_device_is_unwell_until_all_is_put_right(control, wait_for):
     def libs():
         return control.get("/devices/libs").json()["status"]
@@ -93,6 +95,7 @@ def test_a_device_is_unwell_until_all_is_put_right(control, wait_for):
     assert control.get("/demo/faults/libs").json()["ordered"] == []
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(
     "order",
     [
@@ -105,6 +108,7 @@ def test_faults_that_there_are_not_are_refused(control, order):
     assert control.command("/demo/fault", order).status_code in (404, 422)
 
 
+@pytest.mark.slow
 def test_faults_are_for_the_demonstration_only(shared, page):
     answer = page.command("/demo/fault", {"device": "libs", "kind": "kill"})
 

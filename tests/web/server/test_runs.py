@@ -124,6 +124,7 @@ def test_a_run_pauses_after_the_point_that_is_under_way(hand, wait_for):
     assert 0 < run["done"] < 12 and not run["pausing"]
 
 
+@pytest.mark.soak
 def test_an_aborted_run_goes_on_where_it_was(hand, wait_for):
     client = hand
     id = client.run_of("long.yaml", checklist=[])

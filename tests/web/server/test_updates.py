@@ -19,7 +19,7 @@ def test_a_browser_gets_a_snapshot_and_then_patches_without_gaps(shared, page, s
     assert again["seq"] >= numbers[-1] and again["goals"]
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_watched_run_tells_points_steps_and_lines_and_they_add_up(shared, page, socket, wait_for):
     page.reach("gantry", "libs")
     ui = socket(shared, page)
