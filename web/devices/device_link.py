@@ -112,12 +112,16 @@ class DeviceLink:
         if self.busy and not self._leaving:
             raise Refusal(409, "BUSY", f"{self.name} is busy with another action by hand")
 
-    async def take_turn(self) -> None:
-        """Be `busy` until `end_turn`; raises Refusal (409). A lease that is being released is waited for."""
+    async def until_free(self) -> None:
+        """Wait for a lease that is being released; raises Refusal (409) during a manual action."""
         self.check_turn()
         while self.busy:
             await self._turn_over.wait()
             self.check_turn()
+
+    async def take_turn(self) -> None:
+        """Be `busy` until `end_turn`, after `until_free`."""
+        await self.until_free()
         self.busy = True
         self._turn_over.clear()
 

@@ -136,7 +136,7 @@ class Launching:
         checked = await self._text_check.for_a_run(look)
         self.check_list(checked.hazards, asked.checklist)
         devices = sorted({role.device for role in checked.roles if role.device is not None})
-        self._check_devices(devices)
+        await self._check_devices(devices)
         self._check_room()
         arguments = ["run", str(self._library.folder / asked.protocol), "--lab", str(self._lab)]
         arguments += ["--runs", str(self._runs.folder)]
@@ -160,7 +160,7 @@ class Launching:
         if checked is not None and checked.survey is not None:
             self.check_list(hazards_of(checked), asked.checklist)
         devices = sorted(set(run.picture.roles.values()) & set(self._device_links.links))
-        self._check_devices(devices)
+        await self._check_devices(devices)
         self._check_room()
         arguments = ["resume", str(run.folder), "--by", by, *_options("--answer", asked.answers)]
         arguments += _options("-p", {n: text_of(v) for n, v in asked.params.items()})
@@ -185,8 +185,10 @@ class Launching:
                 "tick what is done, and start again", details={"missing": missing},
             )  # fmt: skip
 
-    def _check_devices(self, devices: list[str]) -> None:
+    async def _check_devices(self, devices: list[str]) -> None:
         """Raise Refusal if a device is lost or in use."""
+        for name in devices:
+            await self._device_links.device_link(name).until_free()
         for name in devices:
             device_link = self._device_links.device_link(name)
             user = self._device_links.user(name)
@@ -195,8 +197,7 @@ class Launching:
                     409, "HELD", f"{name} is used by {user}", details={"run": user, "device": name}
                 )
             device_link.reachable_client()
-            if device_link.busy:
-                raise Refusal(409, "BUSY", f"{name} is busy with an action by hand")
+            device_link.check_turn()
 
     def no_room(self) -> str:
         """Why the disk takes no run; empty if it does."""
