@@ -12,7 +12,7 @@ from typing import Any
 
 from ..schemas.contract import Action, Contract
 from ..schemas.contracts import shipped_contracts
-from ..system.extras import missing, not_installed
+from ..system.extras import OF_DRIVERS, in_words, missing, not_installed
 from .driver import Driver
 
 BRIDGES = (
@@ -67,12 +67,6 @@ SHIPPED = {
 }
 """Drivers that come with labrun; the entry-point group `labrun.drivers` adds others."""
 
-NEEDS = {
-    "gp": "optimize", "optuna": "optuna", "gpcam": "gpcam", "baybe": "baybe",
-    "sciaps_gui": "gui", "window_program": "gui",
-}  # fmt: skip
-"""The extras of those whose modules cannot even be read without; of others their class says it."""
-
 GROUP = "labrun.drivers"
 
 
@@ -114,7 +108,7 @@ def _module(name: str, module_name: str) -> ModuleType:
     try:
         return importlib.import_module(module_name)
     except ImportError as fault:
-        why = not_installed(fault, NEEDS.get(name)) or str(fault)
+        why = not_installed(fault, OF_DRIVERS.get(name)) or str(fault)
         raise DriverFault(f"driver {name!r} cannot be loaded: {why}") from fault
 
 
@@ -134,7 +128,7 @@ def _module_from_file(name: str, path: Path) -> ModuleType:
         spec.loader.exec_module(module)
     except Exception as fault:  # whatever a third-party file raises is an error in that file
         del sys.modules[module_name]
-        raise DriverFault(f"driver {name!r}: {path}: {type(fault).__name__}: {fault}") from fault
+        raise DriverFault(f"driver {name!r}: {path}: {in_words(fault)}") from fault
     return module
 
 

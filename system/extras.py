@@ -38,6 +38,14 @@ EXTRAS = {
     "zaber": ("zaber_motion",),
 }
 """Extra -> the libraries that labrun imports from it, as pyproject.toml has them."""
+OF_DRIVERS = {
+    "sim_depth_camera": "vision", "stereo_camera": "vision", "realsense": "realsense", "oak": "oak",
+    "reducer": "spectra", "apprise": "notify", "zaber": "zaber",
+    "gp": "optimize", "optuna": "optuna", "gpcam": "gpcam", "baybe": "baybe",
+    "sciaps_gui": "gui", "window_program": "gui",
+    "modbus": "modbus", "sila2": "sila2", "opcua": "opcua",
+}  # fmt: skip
+"""Driver of a lab -> the extra without which it cannot work, so that nothing is loaded to find out."""
 OF_THE_SYSTEM = {
     "libusb": "apt-get install libusb-1.0-0",
     "libGL.so": "apt-get install libgl1",
@@ -83,14 +91,16 @@ def _why(fault: ImportError) -> str:
 
 def missing(extra: str) -> str | None:
     """The same for the first library of an extra that is not there; None if all of them are."""
-    for library in EXTRAS[extra]:
-        try:
-            there = sys.modules.get(library) or find_spec(library)
-        except (ImportError, ValueError):
-            there = None
-        if there is None:
-            return not_installed(ModuleNotFoundError(name=library), extra)
-    return None
+    return next(filter(None, (absent(library, extra) for library in EXTRAS[extra])), None)
+
+
+def absent(library: str, extra: str | None = None) -> str | None:
+    """The same for one library, which is not loaded to find out."""
+    try:
+        there = sys.modules.get(library) or find_spec(library)
+    except (ImportError, ValueError):
+        there = None
+    return not_installed(ModuleNotFoundError(name=library), extra) if there is None else None
 
 
 def _python() -> str:

@@ -179,6 +179,7 @@ class ModbusConfig(ByAction):
 class Modbus(Bridge):
     """Implements whichever contract its lab says or names."""
 
+    extra: ClassVar[str | None] = "modbus"
     config_model: ClassVar = ModbusConfig
     _client: Any = None
 

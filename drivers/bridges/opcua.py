@@ -45,6 +45,7 @@ class OpcuaConfig(ServerConfig):
 class Opcua(Library):
     """Implements whichever contract its lab says or names."""
 
+    extra: ClassVar[str | None] = "opcua"
     config_model: ClassVar = OpcuaConfig
     library: ClassVar = "OPC UA"
     on_loop = True

@@ -42,6 +42,7 @@ class Sila2Config(ServerConfig):
 class Sila2(Library):
     """Implements whichever contract its lab says or names."""
 
+    extra: ClassVar[str | None] = "sila2"
     config_model: ClassVar = Sila2Config
     library: ClassVar = "SiLA"
     stops_beside: ClassVar = True

@@ -14,12 +14,17 @@ def check_files(
 ) -> int:  # fmt: skip
     """Print every problem of these protocols; the exit status."""
     found, ok = [], True
+    lacking: dict[str, str] = {}
     for file in files:
         checked = check_file(file, lab=lab, bind=bind, params=params, needed=False)
         found += [problem for problem in checked.problems if problem not in found]
         ok = ok and checked.ok
+        if checked.lab is not None:
+            lacking |= checked.lab.lacking(role.device for role in checked.roles.values())
     print_problems(found, format=format)
     if not found and format == "text":
         what = str(files[0]) if len(files) == 1 else f"{len(files)} protocols"
         print(f"{what}: no problems.")
+    for device, why in lacking.items() if format == "text" else ():
+        print(f"To run it from here: {device} cannot work, since {why}")
     return SUCCEEDED if ok else PROBLEMS

@@ -11,7 +11,7 @@ from ..exit_status import PROBLEMS
 from ..new.protocol import (
     TEMPLATES,
     CannotMake,
-    lacking,
+    devices_of,
     new_protocol,
     protocol_name,
     template_text,
@@ -106,7 +106,8 @@ def _new_protocol(name: str, template: str, lab: Path | None) -> None:
     made = new_protocol(plain, template, example.protocol, example.lab)
     _write(path, made.text)
     _say_next(path, made.binds, lab)
-    for device, why in lacking(example.protocol, example.lab, made.binds).items():
+    lacking = example.lab.lacking(devices_of(example.protocol, example.lab, made.binds))
+    for device, why in lacking.items():
         print(f"To run it: {device} cannot work, since {why}; --template minimal needs nothing")
 
 

@@ -1,6 +1,6 @@
 """Read a lab: its devices, their contracts, the limits of the bench."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from ...schemas.lab import Lab, LabDevice
 from ...schemas.patterns import check_schema, unknown_keywords, validator
 from ...schemas.problem import Problem
 from ...schemas.quantity import UnitError, magnitude_in, unit_of
+from ...system.extras import OF_DRIVERS, missing
 from ..language.shape import read_model
 from ..language.source import Source, parse_source, read_source
 from ..language.suggest import did_you_mean, listed
@@ -43,6 +44,15 @@ class LoadedLab:
         """Folders from which any protocol may take files, beside its own."""
         here = self.path.parent if self.path is not None else Path()
         return tuple(here / folder for folder in self.lab.folders)
+
+    def lacking(self, devices: Iterable[str]) -> dict[str, str]:
+        """Of these devices those whose drivers need what is not installed here -> what adds it.
+
+        A driver in a person's own file is not loaded to find out.
+        """
+        extras = {name: OF_DRIVERS.get(self.lab.devices[name].driver or "") for name in devices}
+        found = {name: missing(extra) for name, extra in extras.items() if extra is not None}
+        return {name: why for name, why in found.items() if why is not None}
 
     def keeping(self, contract: str) -> list[str]:
         """The devices that can play a role that needs this contract."""

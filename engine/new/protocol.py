@@ -4,10 +4,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from importlib.resources import files
-from pathlib import Path
 
 from ...schemas.protocol import Protocol
-from ...system.extras import missing
 from ..lab.lab import LoadedLab
 from ..language.suggest import did_you_mean, listed
 
@@ -98,25 +96,11 @@ def _binds(template: str, protocol: Protocol, lab: LoadedLab) -> Iterator[tuple[
             yield role, fitting[0]
 
 
-def lacking(protocol: Protocol, lab: LoadedLab, binds: dict[str, str]) -> dict[str, str]:
-    """Devices whose drivers need an extra that is not installed -> the line that adds it."""
-    from ...drivers.find import DriverFault, find_driver
-
-    found: dict[str, str] = {}
+def devices_of(protocol: Protocol, lab: LoadedLab, binds: dict[str, str]) -> Iterator[str]:
+    """The devices that the roles will have."""
     for role, contract in protocol.devices.items():
         fitting = lab.keeping(contract)
-        device = binds.get(role) or (role if role in fitting else fitting[0])
-        driver = lab.lab.devices[device].driver
-        if driver is None or ":" in driver:  # a person's file is not run here
-            continue
-        try:
-            extra = find_driver(driver, Path()).extra
-        except DriverFault as fault:
-            found[device] = str(fault)
-            continue
-        if extra is not None and (why := missing(extra)) is not None:
-            found[device] = why
-    return found
+        yield binds.get(role) or (role if role in fitting else fitting[0])
 
 
 def _scalar(name: str) -> str:

@@ -5,13 +5,12 @@ something else may be skipped.
 """
 
 import re
-import zlib
 from pathlib import Path
 
 from ..spectrum.columns import AXIS, COUNTER
 from ..spectrum.dialect import find, lines_of
 from ..spectrum.fault import Unreadable
-from ..spectrum.source import GZIP
+from ..spectrum.source import beginning_of
 from ..spectrum.text_bytes import shown, text_bytes
 
 TEXT = {".csv", ".tsv", ".txt", ".dat", ".asc", ".xy", ".prn", ".ttt", ".trt"}
@@ -47,18 +46,10 @@ def not_a_spectrum(path: Path) -> str | None:
         return f"a spectrum has one of the suffixes {' '.join(sorted(SUFFIXES))}"
     if suffix not in TEXT:
         return None
-    with path.open("rb") as file:
-        beginning = file.read(BEGINNING)
     try:
-        return _other_text(_unpacked(beginning))
-    except (Unreadable, zlib.error):
+        return _other_text(beginning_of(path, BEGINNING))
+    except Unreadable:
         return None  # a damaged spectrum
-
-
-def _unpacked(beginning: bytes) -> bytes:
-    if not beginning.startswith(GZIP):
-        return beginning
-    return zlib.decompressobj(wbits=31).decompress(beginning, BEGINNING)
 
 
 def _other_text(beginning: bytes) -> str | None:

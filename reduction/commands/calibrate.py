@@ -206,8 +206,9 @@ def _by_lines(files: list[Path]) -> tuple[Any, str]:
     from ..reduce import reduce_spectrum
 
     told, said = [], []
-    for path in files:
-        found = reduce_spectrum(_read(path)).identified
+    # All are read before the first is reduced: what cannot be is told before minutes of compiling.
+    for path, spectrum in [(path, _read(path)) for path in files]:
+        found = reduce_spectrum(spectrum).identified
         if found is not None and found.response is not None:
             told.append(found.response)
             said.append(path.name)

@@ -82,6 +82,8 @@ def _reduce(asked: Asked) -> int:
         found = gather(asked.files, out)
         say_skipped(found)
         _need_spectra(found, asked)
+        if asked.dask is None:  # there, others read them
+            _need_readers(found, asked)
         about = Circumstances(settings, _workers(executor), root_of(asked.files), found.left_aside)
         with job_in(out, about) as job:
             batch = Batch(executor, job.spool, shown.take)
@@ -182,9 +184,30 @@ def say_skipped(found: Any) -> None:
     for name, reason in found.left_aside:
         by_reason.setdefault(reason, []).append(name)
     for reason, names in by_reason.items():
-        names.sort(key=natural)
-        more = f" and {len(names) - MOST_NAMED:,} more" if len(names) > MOST_NAMED else ""
-        say(f"skipped: {', '.join(names[:MOST_NAMED])}{more} ({reason})")
+        say(f"skipped: {_few(sorted(names, key=natural))} ({reason})")
+
+
+def unread(paths: list[Path]) -> tuple[list[str], int]:
+    """A sentence for each format whose library is not installed, and how many of the files have one."""
+    from ..spectrum.read import without_reader
+
+    lacking = without_reader(paths)
+    told = [f"{_few([path.name for path in those])}: {why}" for why, those in lacking.items()]
+    return told, sum(map(len, lacking.values()))
+
+
+def _need_readers(found: Any, asked: Asked) -> None:
+    """Say before any work what cannot be read here; raise if that is all there is."""
+    told, n = unread([one.path for one in found.spectra])
+    for sentence in told:
+        say(sentence)
+    if told and n == len(found.spectra) and not asked.watch:
+        raise WrongUsage("nothing was reduced")
+
+
+def _few(names: list[str]) -> str:
+    more = f" and {len(names) - MOST_NAMED:,} more" if len(names) > MOST_NAMED else ""
+    return f"{', '.join(names[:MOST_NAMED])}{more}"
 
 
 def _need_spectra(found: Any, asked: Asked) -> None:

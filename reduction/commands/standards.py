@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ...system.extras import missing
-from .reducing import say_skipped
+from .reducing import say_skipped, unread
 from .say import say
 from .words import closure as _closure
 from .words import known_response, own_lines, sha256_of
@@ -190,6 +190,8 @@ def _spectra(asked: Asked) -> list[Path]:
     found = [one.path for one in gathered.spectra if one.path.resolve() != table]
     if not found:
         raise ValueError(f"no spectrum found in {', '.join(map(str, asked.files))}")
+    if told := unread(found)[0]:
+        raise ValueError("\n".join(told))
     return found
 
 

@@ -3,7 +3,8 @@
 What cannot be read with certainty is refused, with the line and the way on.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,13 +13,16 @@ import numpy as np
 from .axis import NM_PER, Unit, in_nm
 from .fault import Unreadable
 from .formats import avantes, hdf5, jcamp, npy, sif, spc
+from .formats.library import lacking
 from .readout import Readout
 from .shots import Shots
-from .source import bytes_of, unpacked
+from .source import beginning_of, bytes_of, unpacked
 from .spectrum import FloatArray, IntArray, Spectrum
 from .text import read_text
 
 FORMATS = (npy, hdf5, sif, spc, avantes, jcamp)
+BY_LIBRARIES = (hdf5, sif, spc, avantes)
+BEGINNING = 1024  # bytes, which tell what format a file has
 LEAST_DISTINCT = 0.6  # of the wavelengths; fewer are not the axis of one spectrum
 LEAST_ALIKE = 0.5  # median correlation of the roots of counts: shots of one sample have .9 and more
 MOST_COMPARED, LEAST_CHANNELS, WITH_LINES = 50, 200, 5.0
@@ -62,6 +66,21 @@ def read_shots(
         notes.append(f"{what} in {in_unit}, as the file says")
     shots = _ascending(in_nm(axis, in_unit), counts, notes)
     return _with_light(replace(shots, notes=tuple(notes)))
+
+
+def without_reader(paths: Iterable[Path]) -> dict[str, list[Path]]:
+    """The files in a format whose library is not installed here, by the sentence that adds it.
+
+    Only their beginnings are read, and nothing where every library is there.
+    """
+    found: dict[str, list[Path]] = {}
+    absent = [(form, why) for form in BY_LIBRARIES if (why := lacking(form.LIBRARY, form.NAME))]
+    for path in paths if absent else ():
+        with suppress(OSError, Unreadable):  # it is told when it is read
+            raw = beginning_of(path, BEGINNING)
+            for why in (why for form, why in absent if form.begins(raw)):
+                found.setdefault(why, []).append(path)
+    return found
 
 
 def _readout(raw: bytes, columns: tuple[str, ...] | None) -> Readout:

@@ -27,6 +27,18 @@ def bytes_of(source: Path | str | bytes) -> bytes:
     return raw
 
 
+def beginning_of(path: Path, n: int) -> bytes:
+    """The first `n` bytes at most, unpacked. Raises Unreadable if a gzip file is damaged, OSError."""
+    with path.open("rb") as file:
+        raw = file.read(n)
+    if not raw.startswith(GZIP):
+        return raw
+    try:
+        return zlib.decompressobj(wbits=31).decompress(raw, n)
+    except zlib.error as fault:
+        raise Unreadable(f"the gzip file is damaged ({fault}); copy it again") from None
+
+
 def unpacked(raw: bytes) -> bytes:
     """The bytes, or what they hold if they are gzip. Raises Unreadable if that is cut off."""
     found = b""

@@ -14,8 +14,9 @@ import pytest
 
 from labrun.drivers.server.execution import fault_of
 from labrun.engine.cli import COMMANDS, FROM_ENTRY_POINTS
+from labrun.engine.commands.check_files import check_files
 from labrun.engine.export.formats import OWN
-from labrun.system.extras import EXTRAS, in_words, line, missing, not_installed
+from labrun.system.extras import EXTRAS, OF_DRIVERS, in_words, line, missing, not_installed
 from labrun.web.local.refusal import as_response
 
 ROOT = Path(__file__).parents[2]
@@ -254,12 +255,8 @@ def test_every_driver_is_there_or_says_the_line_that_adds_what_it_needs():
     said = json.loads(python(program))
     extras = {name: re.search(r"labrun\[(\w+)\]", words) for name, words in said.items()}
 
-    assert {name: found and found[1] for name, found in extras.items()} == {
-        "sim_depth_camera": "vision", "stereo_camera": "vision", "realsense": "realsense", "oak": "oak",
-        "reducer": "spectra", "gp": "optimize",
-        "optuna": "optuna", "zaber": "zaber", "gpcam": "gpcam", "baybe": "baybe", "apprise": "notify",
-        "sciaps_gui": "gui", "window_program": "gui",
-    }  # fmt: skip
+    assert {name: found and found[1] for name, found in extras.items()} == OF_DRIVERS
+    assert {*OF_DRIVERS.values()} <= EXTRAS.keys()
 
 
 @pytest.mark.parametrize(
@@ -343,6 +340,22 @@ def test_a_run_that_needs_more_says_so_before_anything_is_sent(tmp_path):
     assert ran.returncode == 4
     assert "labrun[spectra]" in ran.stderr
     assert "Nothing was sent." in ran.stderr
+
+
+@pytest.mark.parametrize("driver", sorted(OF_DRIVERS))
+def test_a_check_says_what_the_driver_of_a_device_lacks(driver, files, capsys, monkeypatch):
+    for library in EXTRAS[OF_DRIVERS[driver]]:
+        monkeypatch.setitem(sys.modules, library, None)
+    (files / "lab.yaml").write_text(
+        f"name: bench\ndevices: {{gantry: {{contract: gantry@1, driver: {driver}}}}}\n"
+    )
+    status = check_files([files / "one.yaml"], lab=files / "lab.yaml")
+    problems, told = capsys.readouterr().out.splitlines()
+
+    assert status == 0
+    assert problems.endswith("no problems.")
+    assert told.startswith("To run it from here: gantry cannot work, since ")
+    assert told.endswith(f'"labrun[{OF_DRIVERS[driver]}]"')
 
 
 @pytest.mark.slow

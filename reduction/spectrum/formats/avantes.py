@@ -7,6 +7,7 @@ from ..readout import Readout
 from .library import library, on_disk, spoiled
 
 NAME = "an AvaSoft 8 file"
+LIBRARY = "avaread"
 SINGLE, SERIES = b"AVS8", b"STR8"
 
 
@@ -16,7 +17,7 @@ def begins(raw: bytes) -> bool:
 
 def read(raw: bytes) -> Readout:
     """The channels of one file are the ranges of one spectrum; the frames of a series are shots."""
-    avaread = library("avaread", NAME)
+    avaread = library(LIBRARY, NAME)
     series = raw.startswith(SERIES)
     with on_disk(raw, ".str8" if series else ".raw8") as path:
         try:

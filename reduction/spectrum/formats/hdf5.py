@@ -12,6 +12,7 @@ from ..readout import Readout
 from .library import library, spoiled
 
 NAME = "an HDF5 file"
+LIBRARY = "h5py"
 MAGIC = b"\x89HDF\r\n\x1a\n"
 AXIS = re.compile(r"wave|lambda|^wl|^nm$|^x$|^axis", re.I)
 COUNTS = re.compile(r"intens|count|spectr|signal|^data$|^y$", re.I)
@@ -24,7 +25,7 @@ def begins(raw: bytes) -> bool:
 
 def read(raw: bytes, columns: tuple[str, ...] | None = None) -> Readout:
     """columns: the paths of the wavelengths and of the counts, if the file leaves a choice."""
-    h5py = library("h5py", NAME)
+    h5py = library(LIBRARY, NAME)
     try:
         with h5py.File(BytesIO(raw), "r") as file:
             axis, counts = _named(file, columns) if columns else _plot(h5py, file)

@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from ....system.extras import not_installed
+from ....system.extras import absent, not_installed
 from ..fault import Unreadable
 
 
@@ -16,10 +16,17 @@ def library(name: str, what: str) -> ModuleType:
     try:
         return import_module(name)
     except ImportError as fault:
-        raise Unreadable(
-            f"this is {what}; its reader {not_installed(fault) or fault} "
-            "(or export the spectrum as text)"
-        ) from None
+        raise Unreadable(_lacks(what, not_installed(fault) or str(fault))) from None
+
+
+def lacking(name: str, what: str) -> str | None:
+    """The same words where the module is not installed, without loading it; None where it is."""
+    why = absent(name)
+    return None if why is None else _lacks(what, why)
+
+
+def _lacks(what: str, why: str) -> str:
+    return f"this is {what}; its reader {why} (or export the spectrum as text)"
 
 
 def spoiled(what: str, fault: BaseException) -> Unreadable:

@@ -9,6 +9,7 @@ from ..readout import Readout
 from .library import library, on_disk, spoiled
 
 NAME = "an Andor .sif file"
+LIBRARY = "sif_parser"
 MAGIC = b"Andor Technology Multi-Channel File"
 MOST_TRACKS = 32  # more rows are a picture
 
@@ -18,7 +19,7 @@ def begins(raw: bytes) -> bool:
 
 
 def read(raw: bytes) -> Readout:
-    parser = library("sif_parser", NAME)
+    parser = library(LIBRARY, NAME)
     try:
         with on_disk(raw, ".sif") as path, _Ending(path) as file:
             frames, info = parser.np_open(file)

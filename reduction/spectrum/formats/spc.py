@@ -11,6 +11,7 @@ from ..readout import Readout
 from .library import library, spoiled
 
 NAME = "a Galactic .spc file"
+LIBRARY = "spc_io"
 VERSIONS = (0x4B, 0x4C, 0x4D, 0xCF)  # new, big-endian, old, LabCalc
 HEADER = 512
 ZIP = b"PK\x03\x04"  # whose second byte is that of a version, too
@@ -25,7 +26,7 @@ def begins(raw: bytes) -> bool:
 
 
 def read(raw: bytes) -> Readout:
-    spc_io = library("spc_io", NAME)
+    spc_io = library(LIBRARY, NAME)
     logging.getLogger("spc_io").setLevel(logging.ERROR)  # a date that is missing is no news
     try:
         file = spc_io.SPC.from_bytes_io(BytesIO(raw))

@@ -47,6 +47,45 @@ def test_a_folder_is_reduced_into_tables_beside_it(spectra, tmp_path):
     assert [path.name for path in out.iterdir() if path.name.startswith(".")] == []
 
 
+@pytest.mark.parametrize(
+    ("reader", "begins"),
+    [
+        ("h5py", b"\x89HDF\r\n\x1a\n"), ("sif_parser", b"Andor Technology Multi-Channel File"),
+        ("avaread", b"AVS84"), ("spc_io", b"\0K\0\x80"),
+    ],
+    ids=("h5py", "sif_parser", "avaread", "spc_io"),
+)  # fmt: skip
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("reduce", "one.h5"), ("reduce", "folder"), ("reduce", "one.h5.gz"), ("spectrum", "one.h5"),
+        ("calibrate", "response", "good.csv", "one.h5"),
+        ("calibrate", "standards", "table.csv", "good.csv", "one.h5"),
+    ],
+    ids=" ".join,
+)  # fmt: skip
+def test_a_format_whose_reader_is_not_installed_is_told_before_anything_is_reduced(
+    labrun, tmp_path, shots, reader, begins, words, monkeypatch
+):
+    raw = begins + bytes(600)
+    (tmp_path / "folder").mkdir()
+    for name in ("one.h5", "folder/two.sif"):
+        (tmp_path / name).write_bytes(raw)
+    (tmp_path / "one.h5.gz").write_bytes(gzip.compress(raw))
+    (tmp_path / "good.csv").write_bytes(shots[0])
+    (tmp_path / "table.csv").write_text("sample,Li (ppm)\ngood,5\none,10\n")
+    monkeypatch.setitem(sys.modules, reader, None)
+    # As if every process and every kernel took for ever.
+    monkeypatch.setattr("labrun.reduction.batch.pool.Pool.call_up", lambda pool: None)
+    monkeypatch.setattr("labrun.reduction.batch.batch.Batch.add", None)
+    monkeypatch.setattr("labrun.reduction.reduce.reduce_spectrum", None)
+    done = labrun(*words)
+
+    assert done.returncode == 2, done.stderr
+    assert f"its reader {reader} is not installed; add it with: " in done.stderr
+    assert '"labrun[formats]"' in done.stderr
+
+
 @pytest.mark.soak
 def test_a_run_is_reduced_again_with_other_elements(spectra, tmp_path):
     run = tmp_path / "2026-11-21_map_7f3a"
