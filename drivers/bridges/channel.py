@@ -183,7 +183,7 @@ class Network(Channel):
 
 
 class Serial(Channel):
-    """A serial port, read by a thread."""
+    """A serial port."""
 
     def __init__(self, resource: Resource, port: SerialPort, flow: str) -> None:
         super().__init__(resource)

@@ -264,9 +264,8 @@ class Grbl(GrblDialect):
         kind = kind.replace("HAL", "grblHAL")
         return f"{self.place.device} ({kind} on {self.controller.port.name})"
 
-    async def _look(self) -> None:
-        if not self.controller.dead:
-            await self.controller.look()
+    async def _look(self) -> Point | None:
+        return None if self.controller.dead else (await self.controller.look()).machine
 
     def _held_in(self) -> str:
         c = self.controller

@@ -83,8 +83,11 @@ class RealGantry(AnyGantry):
         """Stop the axes, with nothing queued; raises MotionFault."""
 
     @abstractmethod
-    async def _look(self) -> None:
-        """Query its state, if it has to be queried; raises MotionFault."""
+    async def _look(self) -> Point | None:
+        """Query its state, if it has to be queried; raises MotionFault.
+
+        Returns the machine position if the answer tells it, so that it need not be asked for.
+        """
 
     @abstractmethod
     def _locked(self) -> bool:
@@ -189,10 +192,10 @@ class RealGantry(AnyGantry):
     ) -> dict[str, Any]:
         self.bench.check_range({axis: float(to)}, self._name())
         self._check_feed(feed)
-        await self._ready()
+        start = await self._ready()
         self._check_homed("touch")
         with self._telling("touch", before=True):
-            start = await self._machine()
+            start = start or await self._machine()
         here = dict(zip(self.bench.axes, self.bench.to_bench(start), strict=True))
         self._check_path(here, here | {axis: float(to)})
         if "P" in self._pins():
@@ -272,13 +275,14 @@ class RealGantry(AnyGantry):
         self._check_target(wanted, safe_z)
         if feed is not None:
             self._check_feed(feed)
-        await self._ready()
+        start = await self._ready()
         if not self.homed and self.place.config.get("home_first"):
             await self.home(goal)
+            start = None
             self._check_target(wanted, safe_z)  # homing may have given the machine's range
         self._check_homed("move")
         with self._telling(f"move to {_axes_words(wanted)}", before=True):
-            start = await self._machine()
+            start = start or await self._machine()
         here = dict(zip(self.bench.axes, self.bench.to_bench(start), strict=True))
         way, at = legs(here, wanted, safe_z), here
         for leg in way:
@@ -328,17 +332,18 @@ class RealGantry(AnyGantry):
             words = f"{self._name()} was asked to {asked}, but {self.known.lost}{self.when_lost}"
             raise ActionFailed("Offline", words, "no")
 
-    async def _ready(self) -> None:
-        """Query its state; raise ActionFailed if no motion may begin."""
+    async def _ready(self) -> Point | None:
+        """Query its state; raise ActionFailed if no motion may begin. Returns what `_look` does."""
         self._check_connected("move")
         with self._telling("report its state", before=True):
-            await self._look()
+            stands = await self._look()
         if self.known.alarm:
             words = f"{self._name()} was not moved: {self.known.alarm}"
             raise ActionFailed("Alarm", words, "no")
         if state := self._held_in():
             words = f"it is in state {state}; resume or halt it first"
             raise ActionFailed("Held", f"{self._name()} was not moved: {words}", "no")
+        return stands
 
     @contextmanager
     def _under_way(self, doing: str) -> Iterator[None]:

@@ -11,7 +11,7 @@ LONGEST = 4096
 
 
 class SerialLine:
-    """Lines out and lines in; a thread reads, so that nothing is lost between calls."""
+    """Lines out and lines in; what comes between calls is kept."""
 
     def __init__(self, port: SerialPort, ending: bytes = b"\r\n") -> None:
         self.port = port

@@ -1,18 +1,24 @@
-"""An exclusive serial port: bytes are read and written in threads, never in the event loop."""
+"""An exclusive serial port: the event loop never waits for it.
+
+Where the system tells a port's readiness (Linux, macOS), the loop itself reads what is there and writes
+what finds room, which spares a change of threads each; what finds no room, and all else, is for threads.
+"""
 
 import asyncio
 import contextlib
 import errno
 import logging
+import os
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 READ_S = 0.1
 WRITE_S = 2.0
 CLOSE_S = 2.0
+READ_BYTES = 4096
 LOG = logging.getLogger("labrun")
 
 
@@ -34,6 +40,8 @@ class OpenPort:
         self._closing = threading.Event()
         self._reader: threading.Thread | None = None
         self._writer: ThreadPoolExecutor | None = None
+        self._queued: Future[Any] | None = None
+        self._descriptor: int | None = None
 
     @property
     def is_open(self) -> bool:
@@ -47,23 +55,75 @@ class OpenPort:
         self._serial = await asyncio.to_thread(self._opened)
         self._closing.clear()
         self._writer = ThreadPoolExecutor(1, thread_name_prefix=f"write {self.name}")
-        self._reader = threading.Thread(target=self._read, name=f"read {self.name}", daemon=True)
-        self._reader.start()
+        self._queued, self._descriptor = None, self._watched()
+        if self._descriptor is None:
+            self._reader = threading.Thread(
+                target=self._read, name=f"read {self.name}", daemon=True
+            )
+            self._reader.start()
 
     def write(self, data: bytes) -> None:
-        """Queue bytes for sending, in order; a failure is reported through `lost`."""
-        if self._writer is not None:
-            self._writer.submit(self._write, data)
+        """Send bytes, in order, or queue them; a failure is reported through `lost`."""
+        if self._writer is None:
+            return
+        try:
+            rest = self._written_at_once(data)
+        except OSError as fault:
+            self._tell_lost(fault)
+            return
+        if rest:
+            self._queued = self._writer.submit(self._write, rest)
 
     async def send(self, data: bytes) -> None:
         """Send bytes, and wait until the system has them; raises OSError."""
         if self._writer is None:
             raise OSError("it is not open")
-        await asyncio.wrap_future(self._writer.submit(self._serial.write, data))
+        if rest := self._written_at_once(data):
+            self._queued = self._writer.submit(self._serial.write, rest)
+            await asyncio.wrap_future(self._queued)
 
     async def close(self) -> None:
         """Release the port; queued bytes are sent first."""
+        self._unwatch()
         await asyncio.to_thread(self._close)
+
+    def _watched(self) -> int | None:
+        """The descriptor of a port that the loop reads by itself."""
+        if os.name != "posix" or not hasattr(self._serial, "fileno"):
+            return None
+        try:
+            descriptor = self._serial.fileno()
+            self._loop.add_reader(descriptor, self._read_at_once, descriptor)
+        except (NotImplementedError, OSError):  # this loop, or its way of waiting, cannot
+            return None
+        return descriptor
+
+    def _unwatch(self) -> None:
+        if self._descriptor is not None:
+            self._loop.remove_reader(self._descriptor)
+            self._descriptor = None
+
+    def _read_at_once(self, descriptor: int) -> None:
+        try:
+            data = b"" if self._closing.is_set() else os.read(descriptor, READ_BYTES)
+            if not data:
+                raise OSError("readiness to read, but there was nothing")
+        except BlockingIOError:
+            return
+        except OSError as fault:
+            self._unwatch()
+            self._tell_lost(fault)
+        else:
+            self._take(data)
+
+    def _written_at_once(self, data: bytes) -> bytes:
+        """Write what finds room without waiting; returns the rest. Raises OSError."""
+        if self._descriptor is None or (self._queued is not None and not self._queued.done()):
+            return data
+        try:
+            return data[os.write(self._descriptor, data) :]
+        except BlockingIOError:
+            return data
 
     def _write(self, data: bytes) -> None:
         try:
