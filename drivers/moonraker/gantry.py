@@ -22,6 +22,8 @@ PLACE = re.compile(r"X:(-?[\d.]+) Y:(-?[\d.]+) Z:(-?[\d.]+)")
 AGAIN_S = 1.0
 LOOK_S = 0.05
 READY_S = 30.0
+RESTART_S = 5.0
+"""How long a restart may take until it is asked for again."""
 HALTED_S = 3.0
 MOTION_S = 60.0
 """How long the last piece of a move may take."""
@@ -130,22 +132,29 @@ class Moonraker(FedGantry):
         return {}
 
     async def _restart(self) -> None:
-        link = self.link
-        await link.ask("printer.firmware_restart", READY_S)
-        clock = asyncio.get_running_loop().time
-        until = clock() + READY_S
-        while clock() < until:
-            await asyncio.sleep(AGAIN_S)
-            with contextlib.suppress(MotionFault):
-                await link.learn()
-                if not link.lost and not link.halted:
-                    break
+        """Restart Klipper until it is ready: one whose board was not ready yet comes up in state error."""
+        link, clock = self.link, asyncio.get_running_loop().time
+        await end(self._keeper)  # it would connect again meanwhile
         try:
+            until, next_at = clock() + READY_S, 0.0
+            while clock() < until and (link.lost or link.halted):
+                if link.halted and clock() >= next_at:
+                    next_at = clock() + RESTART_S
+                    with contextlib.suppress(MotionFault):  # it is gone before it has answered
+                        await link.ask("printer.firmware_restart")
+                await asyncio.sleep(AGAIN_S)
+                with contextlib.suppress(MotionFault, OSError):
+                    await (link.open() if link.disconnected else link.learn())
             await self._learn()
         except OSError as fault:
-            raise MotionFault(str(fault)) from fault
+            raise MotionFault(f"it was restarted; {fault}") from fault
+        finally:
+            self._keep()
         if link.halted:
-            raise MotionFault(link.alarm)
+            raise MotionFault(
+                f"it was restarted, and is not ready after {READY_S:g} s: {link.trouble}. See to its "
+                "board's power and cable, then restart Klipper itself"
+            )
 
     async def _look(self) -> None:
         """Klipper tells of a change by itself."""

@@ -75,12 +75,15 @@ class Link:
         return self._state in ("shutdown", "error")
 
     @property
-    def alarm(self) -> str:
-        """Why Klipper accepts no motion."""
-        if not self.halted:
-            return ""
+    def trouble(self) -> str:
+        """Klipper's state, with its own reason."""
         why = "".join(f": {line}" for line in self._why.strip().splitlines()[:1])
-        return f"Klipper is in state {self._state}{why}; unlock restarts it, then home it"
+        return f"Klipper is in state {self._state}{why}"
+
+    @property
+    def alarm(self) -> str:
+        """Why Klipper accepts no motion, and what to do."""
+        return f"{self.trouble}; unlock restarts it, then home it" if self.halted else ""
 
     @property
     def homed(self) -> bool:
@@ -213,7 +216,7 @@ class Link:
         ):  # else they are old news
             self._why = ""  # it follows
             self._halts(NOT_READY[str(method)])
-        elif method == "notify_klippy_ready":
+        elif method == "notify_klippy_ready" and self._state != "ready":
             self._state = "startup"  # until it was asked for its reports
 
     def _update(self, status: Any) -> None:

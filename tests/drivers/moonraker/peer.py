@@ -2,7 +2,8 @@
 
 A line is answered when it is planned, `M400` when all has stood still; a line waits for the one
 before it, an emergency stop does not; any program may set relative moves (`G91`) or let go of the
-motors (`M18`); the news of a halt come after the state that they tell; a line that Klipper does not
+motors (`M18`); the news of a halt and of a start come after the state that they tell; a restart that
+comes at once after a halt ends in state error, as its board is not ready yet; a line that Klipper does not
 know is answered as done, and told in a message beside; reports come four times a second; nobody is
 let in without the API key.
 """
@@ -29,6 +30,7 @@ class Peer:
         self.state, self.message, self.axes, self.factor = "ready", "Printer is ready", "", 1.0
         self.place, self.told, self.shift = [0.0] * 3, [0.0] * 3, [0.0, 0.0, 0.0]
         self.relative = False
+        self.restarts, self._is_news = 0, False
         self.blocks, self.stands, self.heard, self.sockets = [], [], [], set()
         self._ready, self._over = threading.Event(), None
         self._thread = threading.Thread(target=lambda: asyncio.run(self._live()), daemon=True)
@@ -104,6 +106,9 @@ class Peer:
             case "printer.objects.subscribe":
                 return {"status": self._status()}
             case "printer.objects.query":
+                if self._is_news:
+                    self._is_news = False
+                    await self._tell("notify_klippy_ready")
                 await asyncio.sleep(REPORT_S / 2)
                 settings = {"printer": {"max_z_velocity": self.speed, "max_z_accel": 3000.0}}
                 return {"status": self._status() | {"configfile": {"settings": settings}}}
@@ -111,7 +116,14 @@ class Peer:
                 await self._halt("Shutdown due to webhooks request")
                 return "ok"
             case "printer.firmware_restart":
-                self.state, self.message, self.axes = "ready", "Printer is ready", ""
+                await self._tell("notify_klippy_disconnected")
+                self.restarts += 1
+                if self.restarts < 2:
+                    self.state = "error"
+                    self.message = "MCU 'mcu' error during config: Can not update MCU"
+                else:
+                    self.state, self.message, self.axes = "ready", "Printer is ready", ""
+                    self._is_news = True
                 return "ok"
             case "printer.gcode.script":
                 async with self._turn:

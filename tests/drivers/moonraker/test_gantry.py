@@ -5,6 +5,7 @@ import asyncio
 import pytest
 
 from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
+from labrun.drivers.moonraker import gantry as moonraker
 
 from ..played import played
 
@@ -52,7 +53,8 @@ def test_a_move_that_is_refused_on_its_way_has_ended_and_is_not_said_to_be_undon
 
 
 @pytest.mark.slow
-def test_a_halted_klipper_is_told_and_unlock_restarts_it(peers, gantry):
+def test_a_halted_klipper_is_told_and_unlock_restarts_it(peers, gantry, monkeypatch):
+    monkeypatch.setattr(moonraker, "RESTART_S", 0.0)
     peer = peers(homing_s=2, api_key="secret")
 
     async def story(driver):
@@ -72,6 +74,8 @@ def test_a_halted_klipper_is_told_and_unlock_restarts_it(peers, gantry):
             await driver.set_output(GoalContext("o"), output="laser", on=True)
 
     played(gantry(peer, api_key="secret", outputs={"laser": "spindle"}), story)
+
+    assert peer.restarts == 2
 
     with pytest.raises(OSError, match=r"Unauthorized; give its API key as `api_key`"):
         played(gantry(peer), story)
