@@ -15,8 +15,12 @@ PER_CENT = {
 }  # fmt: skip
 UNITS = "wt %, g/kg, ppm, mg/kg, ppb"
 HEADING = re.compile(r"\s*([A-Za-z0-9]+)\s*(?:[(\[_,]?\s*([^)\]]+?)\s*[)\]]?)?\s*")
+TOTAL_IRON = re.compile(
+    r"(FeO|Fe2O3)[ _]?(?:\*|[Tt](?:ot)?)(?![a-z])"
+)  # as analyses of rocks head it
 CELL = re.compile(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
 MOST = 100.5  # wt %, of one element and of all
+MOST_WRITTEN = 103.0  # of oxides and elements as they are written: a good analysis may total 101
 
 
 class StandardsFault(ValueError):
@@ -111,7 +115,7 @@ def _columns(headings: list[str], where: str, problems: list[str]) -> list[_Colu
     for place, heading in enumerate(headings):
         if heading.casefold() in ("sample", "file", "note", "notes", ""):
             continue
-        told = HEADING.fullmatch(heading)
+        told = HEADING.fullmatch(TOTAL_IRON.sub(r"\1", heading))
         formula, unit = told.groups() if told else (heading, "")
         try:
             element, part = element_in(formula)
@@ -150,6 +154,7 @@ def _standard(
     if not sample:
         problems.append(f"{where}: the sample has no name")
     known: dict[str, float] = {}
+    written = 0.0
     for column in columns:
         cell = cells[column.place].strip()
         if not cell or cell in ("-", "–"):
@@ -185,9 +190,15 @@ def _standard(
             )
         else:
             known[column.element] = float(told[1]) * column.factor
+            written += float(told[1]) * PER_CENT[column.unit]
     if sum(known.values()) > MOST:
         problems.append(
             f"{where}: the elements of {sample} are {sum(known.values()):.1f} wt % together; are units mixed?"
+        )
+    elif written > MOST_WRITTEN:
+        problems.append(
+            f"{where}: what is written of {sample} is {written:.1f} wt % together; are units mixed, or "
+            "elements written as oxides?"
         )
     return Standard(sample, known, tuple(one.strip() for one in files if one.strip()))
 

@@ -50,10 +50,7 @@ def calibrate_standards(asked: Asked) -> list[str]:
         raise ValueError(
             "--closure takes all lines: leave out --normalise, --line, --curve and --model"
         )
-    try:
-        text = asked.standards.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise ValueError(f"{asked.standards}: it is not text; save it as CSV in UTF-8") from None
+    text = _text(asked.standards)
     standards = read_standards(text, asked.standards.name)
     spectra = spectra_of(standards, _spectra(asked), asked.standards.name)
     asked.output.parent.mkdir(parents=True, exist_ok=True)  # before the work, in case it cannot be
@@ -89,6 +86,17 @@ def calibrate_standards(asked: Asked) -> list[str]:
     ]  # fmt: skip
 
 
+def _text(table: Path) -> str:
+    content = table.read_bytes()
+    if content.startswith((_ZIP, _OLD_EXCEL)):
+        raise ValueError(f"{table}: it is a workbook; save its sheet as CSV in UTF-8")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError(f"{table}: it is not text; save it as CSV in UTF-8") from None
+
+
+_ZIP, _OLD_EXCEL = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
 _LIMITS = (
     "LOD and LOQ are those of one shot: 3 and 10 standard deviations of the signal at 0, by the "
     "scatter of shots and of standards, over the slope; RMSECV leaves one standard out at a time"

@@ -23,6 +23,15 @@ def test_units_and_oxides_become_wt_per_cent_of_the_element():
     assert found.notes == ("SiO2 [wt %]: wt % of Si are 0.46744 times it",)
 
 
+@pytest.mark.parametrize(
+    "heading", ["Fe2O3T (wt %)", "Fe2O3t (wt %)", "Fe2O3* wt%", "Fe2O3tot (%)"]
+)
+def test_all_iron_as_one_oxide_is_headed_as_analyses_of_rocks_do(heading):
+    found = read_standards(f"sample,{heading}\nBHVO-2,12.3\n", "s.csv")
+
+    assert found.samples[0].wt_percent["Fe"] == pytest.approx(8.603, abs=1e-3)
+
+
 def test_a_table_of_a_spreadsheet_with_decimal_commas_is_read():
     found = read_standards("Sample;File;K2O (%)\nA;a_*.csv|x.csv;2,5\n", "s.csv")
 
@@ -53,6 +62,7 @@ def test_a_table_of_a_spreadsheet_with_decimal_commas_is_read():
         ("sample,Li (ppm)\nA,1\nA,2\n", "s.csv:3: 'A' has a row already, line 2"),
         ("sample,Li (ppm)\n,1\n", "s.csv:2: the sample has no name"),
         ("sample,Si (%),Al (%)\nA,70,60\n", "the elements of A are 130.0 wt % together"),
+        ("sample,SiO2 (%),Al2O3 (%)\nA,70,40\n", "what is written of A is 110.0 wt % together"),
         ("sample,Li (ppm)\nA,\n", "s.csv: no concentration of any element"),
     ],
 )
