@@ -143,7 +143,7 @@ class _Whole:
         fitted = _latent().fit_pls([self.bins[sample] for sample in samples], c)
         least_scatter = [np.full(len(one), LEAST_SCATTER * c.max()) for one in fitted.left_out]
         floor, part = shot_scatter(fitted.left_out, least_scatter)
-        told = _curve(samples, c, fitted.left_out, floor, part, 1, LEAST_SLOPE)
+        told = _curve(samples, c, fitted.left_out, floor, part, 1, LEAST_SLOPE, settled=True)
         if isinstance(told, str):
             return told.partition(";")[0] if self.always else by_line
         curve, points = told
@@ -299,10 +299,11 @@ def _curve(
     part: float,
     degree: int,
     least_slope: float,
+    settled: bool = False,
 ) -> tuple[Curve, tuple[Point, ...]] | str:
     mean = np.array([one.mean() for one in good])
     shots = np.array([len(one) for one in good], dtype=np.float64)
-    curve = fit_curve(c, mean, shots, floor, part, degree)
+    curve = fit_curve(c, mean, shots, floor, part, degree, settled)
     slope, error = curve.coefficients[1], curve.covariance[1][1] ** 0.5
     if slope < least_slope * error:
         return (
