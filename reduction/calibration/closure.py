@@ -35,8 +35,10 @@ MOST_ERROR = 1.5  # of ln(amount): with more an element's amount is not told
 # beside the plot's.
 COOL_PARTS = np.geomspace(0.005, 0.6, 9)
 COOL_K, COOL_NE = 0.5, 0.3
-# What a response that had to be found in the same lines leaves of each ln(amount), by measured minerals.
-UNKNOWN_RESPONSE = 0.8
+# What a response that had to be found in the same lines leaves of each ln(amount): so many times what the
+# lines scatter beyond their errors (measured minerals, their first half).
+UNKNOWN_RESPONSE = 1.7
+MOST_SCATTER = 2.0  # of ln(area); a line further off is another's
 LEAST_SHOTS = 3  # whose scatter is an error
 TWO = (
     2**0.5
@@ -140,7 +142,7 @@ def concentrations(
     bound = np.array([with_oxygen(name, closed) for name in names])
     own = np.hypot(UNIFORM, THICK * told.lost)
     if found.response is not None:
-        own = np.hypot(own, UNKNOWN_RESPONSE)
+        own = np.hypot(own, UNKNOWN_RESPONSE * _scatter(found))
     for k, name in enumerate(names.tolist()):
         if points and name in points:
             point = points[name]
@@ -209,6 +211,14 @@ def _lost(found: Identified, n: int) -> FloatArray:
     which = np.searchsorted(plot.names, lines.element)
     log_kept = -np.log(np.maximum(plot.kept, 1e-12))
     return np.bincount(which, log_kept, n) / np.maximum(np.bincount(which, minlength=n), 1)
+
+
+def _scatter(found: Identified) -> float:
+    """What ln(area) of lines scatters around the plot beyond their own errors, standard deviation."""
+    plot, lines = found.plot, found.lines
+    assert plot is not None and lines is not None
+    off = np.clip(plot.residual, -MOST_SCATTER, MOST_SCATTER)
+    return max(float(np.mean(off**2 - lines.error**2 - CALIBRATION**2)), 0.0) ** 0.5
 
 
 def _missing(reduction: Reduction, names) -> tuple[str, ...]:

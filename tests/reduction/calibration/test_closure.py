@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from truth import with_vice
@@ -6,6 +8,7 @@ from labrun.drivers.simulated.twins.shot import ShotMaker
 from labrun.reduction import Spectrum, read_spectrum, reduce_spectrum
 from labrun.reduction.calibration.closure import _drawn, concentrations, one_point
 from labrun.reduction.lines.formula import WEIGHT, with_oxygen
+from labrun.reduction.plasma.response import Response
 
 
 @pytest.fixture(scope="module")
@@ -82,6 +85,20 @@ def test_the_scatter_of_a_standards_shots_takes_the_place_of_the_fits_errors(cor
     assert all(point.error == pytest.approx(0, abs=1e-9) for point in alike.values())
     assert errors[0].keys() == errors[1].keys() != set()
     assert all(errors[1][name] < errors[0][name] for name in errors[1])
+
+
+def test_lines_that_scatter_beyond_their_errors_make_amounts_unsure_where_they_told_the_response(
+    core,
+):
+    level = Response(np.array([200.0, 900.0]), np.zeros(2), np.ones(2))
+
+    def error(times, response):
+        plot = replace(core.identified.plot, residual=times * core.identified.plot.residual)
+        found = replace(core.identified, plot=plot, response=response)
+        return concentrations(replace(core, identified=found), "oxides")["Si"].error
+
+    assert error(0, level) == error(0, None) == error(3, None)
+    assert error(3, level) > 1.3 * error(0, level)
 
 
 def test_no_amounts_are_told_without_lines():
