@@ -41,8 +41,7 @@ CREATE TABLE IF NOT EXISTS goals (
     boot TEXT NOT NULL, state TEXT NOT NULL, result TEXT, error TEXT
 ) WITHOUT ROWID;
 CREATE INDEX IF NOT EXISTS goals_by_seq ON goals (seq);
-CREATE INDEX IF NOT EXISTS open_goals ON goals (device)
-    WHERE state IN ('ACCEPTED', 'EXECUTING', 'CANCELING');
+DROP INDEX IF EXISTS open_goals; -- of older ledgers: it cost every change a page, for one look at the start
 CREATE TABLE IF NOT EXISTS files (
     goal TEXT NOT NULL, seq INTEGER NOT NULL, name TEXT NOT NULL, path TEXT NOT NULL,
     sha256 TEXT NOT NULL, data BLOB NOT NULL, PRIMARY KEY (goal, name)

@@ -6,7 +6,8 @@ called at once, whatever it is doing. Once no goal's code acts any more, the dev
 only this `safe()` counts and answers stops, since a goal's last act may undo an earlier one. Then
 it is OPEN again, or ENDED. docs/reference/device-server.md draws this.
 
-Others ask (`stop`, `lapse`, `end`, `turn`); one task goes through the states and lets goals begin.
+Others ask (`stop`, `lapse`, `end`, `turn`); one task goes through the states. Where it has nothing to
+do a goal begins at once, and else when the task lets it.
 """
 
 import asyncio
@@ -121,6 +122,9 @@ class Owner:
         if not self._may_begin(execution):
             return False
         execution.turn = asyncio.get_running_loop().create_future()
+        if self.at_rest:  # what the task would say, two turns of the loop later
+            execution.let_begin(True)
+            return True
         self._news.set()
         # Something may have come between the owner's word and its hearing it.
         return await execution.turn and self._may_begin(execution)
@@ -132,7 +136,8 @@ class Owner:
     def returned(self, execution: Execution) -> None:
         """The goal's code has returned, or has not begun: nothing of it acts on the device."""
         execution.turn = None
-        self._news.set()
+        if not self.at_rest:
+            self._news.set()
 
     async def _own(self) -> None:
         while True:
