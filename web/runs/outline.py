@@ -30,7 +30,8 @@ PHASES = (("resume", "on_resume"), ("main", "steps"), ("finally", "finally"))
 class Step:
     """A node of the outline, found by its path.
 
-    `frame` is the node of its frame, where the path of a retried group restarts.
+    `frame` is the node of its frame, where the path of a retried group restarts. `back` has the
+    `on_resume` of a used protocol.
     """
 
     told: OutlineNode
@@ -39,6 +40,7 @@ class Step:
     alternatives: "list[dict[str, Step]]" = field(default_factory=list)
     watches: "dict[int, dict[str, Step]]" = field(default_factory=dict)
     last: "dict[str, Step]" = field(default_factory=dict)
+    back: "Step | None" = None
     place: Place = ()
     view: Outlook | None = None
     step: Any = None
@@ -93,9 +95,27 @@ class Outline:
 
     def _find(self, path: str) -> Found | None:
         first, *rest = without_passes(path).split("/")
-        below = self.phases.get(first.partition(":")[0])
+        phase = first.partition(":")[0]
+        below = self.phases.get(phase)
         if below is None:
             return None
+        if phase == "resume" and rest[:1] == ["main"]:
+            return self._resumed(rest[1:])
+        return self._walk(rest, below)[0]
+
+    def _resumed(self, parts: list[str]) -> Found | None:
+        """A step of the `on_resume` of a used protocol: below the path of that use."""
+        for count in reversed(range(1, len(parts))):
+            use, length = self._walk(parts[:count], self.phases["main"])
+            if use is None or length < count or (back := use.step.back) is None:
+                continue
+            found, _ = self._walk(parts[count:], back.below)
+            if found is not None:
+                return Found(found.step, (*use.loops, *found.loops))
+        return None
+
+    def _walk(self, rest: list[str], below: dict[str, Step]) -> tuple[Found | None, int]:
+        """Where a path leads from here, and how many of its parts were understood."""
         here: Step | None = None
         loops: list[tuple[str, str]] = []
         top = below
@@ -126,7 +146,7 @@ class Outline:
                 below, index = here.last, index + 1
                 continue
             break
-        return None if here is None else Found(here, tuple(loops))
+        return (None if here is None else Found(here, tuple(loops))), index
 
     # --- from the protocol
 
@@ -221,6 +241,12 @@ class Outline:
         made.last = self._sequence(
             other, other.protocol.finally_, ("finally",), f"{path}/e", made, made, depth, "last: "
         )
+        if other.protocol.on_resume:
+            made.back = Step(made.told, made.frame)
+            made.back.below = self._sequence(
+                other, other.protocol.on_resume, ("on_resume",), f"resume/{path}", made, made.back, depth,
+                "after a crash: ",
+            )  # fmt: skip
 
 
 def _branch(made: Step, name: str, below: dict[str, Step]) -> Step:

@@ -42,6 +42,12 @@ def on(device, step):
     return {**step, "do": device + step["do"][1:]}
 
 
+def used(steps, last, twice, renamed, back=(), **said):
+    """A used protocol; `back`: its `on_resume`."""
+    other = without_none(steps=steps, on_resume=list(back) or None) | {"finally": last}
+    return without_none(use=other, twice=twice, renamed=renamed, **said)
+
+
 def surely(step):
     """The same action, whose failure goes up: an action that cannot fail needs no alternative."""
     return {key: value for key, value in step.items() if key != "on_error"}
@@ -103,16 +109,20 @@ def reserved(steps):
 
 own_devices = st.builds(reserved, st.lists(fine, min_size=1, max_size=3))
 unset = fine.filter(lambda step: not step["do"].endswith("set"))
+calm_use = st.builds(
+    lambda steps, last: used(steps, last, False, False),
+    st.lists(unset, min_size=1, max_size=2), st.lists(unset, max_size=1),
+)  # fmt: skip
 overlapped = st.builds(
     lambda first, rest, count, at_once, order: {
         "foreach": list(range(count)), "at_once": at_once, "order": order, "steps": [first, *rest],
     },
-    own_devices, st.lists(own_devices | unset, max_size=2), st.integers(2, 4), st.integers(2, 3),
+    own_devices, st.lists(own_devices | unset | calm_use, max_size=2), st.integers(2, 4), st.integers(2, 3),
     st.sampled_from(["listed", "shortest"]),
 )  # fmt: skip
 aside_group = st.builds(
     lambda steps: {"steps": steps, "mode": "background"},
-    st.lists(unset, min_size=1, max_size=3),
+    st.lists(unset | unset | calm_use, min_size=1, max_size=3),
 )
 taking_turns = st.builds(
     lambda one, two: {"parallel": [{"steps": [one]}, {"steps": [two]}]}, own_devices, own_devices
@@ -127,8 +137,8 @@ def with_watch(condition, then, steps):
 watching = st.builds(
     with_watch,
     holds,
-    st.lists(fine, min_size=1, max_size=3),
-    st.lists(fine, min_size=1, max_size=3),
+    st.lists(fine | calm_use, min_size=1, max_size=3),
+    st.lists(fine | calm_use, min_size=1, max_size=3),
 )
 
 
@@ -183,12 +193,8 @@ tidying = st.builds(
     do, devices, st.just("shoot"), often(FINE, st.sampled_from(UNKNOWN)), st.just(3), ms=quick
 )  # fmt: skip
 finals = st.lists(calming | tidying, max_size=2)
-
-
-def used(steps, last, twice, renamed, **said):
-    return without_none(
-        use={"steps": steps, "finally": last}, twice=twice, renamed=renamed, **said
-    )  # fmt: skip
+backs = often([], st.lists(calming, min_size=1, max_size=2))
+"""Of a used protocol: what it does before it goes on after a crash."""
 
 
 def racing(*scripts):

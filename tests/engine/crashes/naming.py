@@ -2,7 +2,7 @@
 
 import copy
 
-from crashes_walk import acts, walk
+from crashes_walk import acts, walk, within
 
 ALL = ["Broken", "Half", "Foggy", "Lost"]
 STURDY = {"attempts": 8, "on": ALL}
@@ -106,6 +106,8 @@ class Namer:
         other = {"params": {"tag": {"type": "string"}}, "steps": body}
         if drawn["finally"]:
             other["finally"] = self.all(drawn["finally"], ("params.tag",))
+        if drawn.get("on_resume"):
+            other["on_resume"] = self.all(drawn["on_resume"], ("params.tag",))
         self._roles(step, other, renamed)
         named = [s["id"] for s in body if "do" in s and not s["do"].endswith("set")]
         if named and not body[-1].get("mode"):
@@ -119,7 +121,7 @@ class Namer:
         return {"steps": [first, again]}
 
     def _roles(self, step, other, renamed):
-        everywhere = [*other["steps"], *other.get("finally", [])]
+        everywhere = within(other)
         names = OTHER_NAMES if renamed else {}
         other["devices"] = {}
         for inner in self._own(everywhere):
@@ -147,7 +149,7 @@ class Namer:
         return [s for s in walk(steps) if id(s) not in inside]
 
     def _within(self, step):
-        return walk([*step["use"]["steps"], *step["use"].get("finally", [])])
+        return walk(within(step["use"]))
 
     def _played(self, step):
         return {role: step.get("devices", {}).get(role, role) for role in step["use"]["devices"]}

@@ -11,6 +11,7 @@ from crashes_draws import (
     actions,
     aside,
     aside_group,
+    backs,
     cancelling,
     counted,
     deadly,
@@ -82,10 +83,10 @@ def groups(inner):
         holds, body | asides, st.none() | body, again,
     )  # fmt: skip
     other = st.builds(
-        lambda steps, last, twice, renamed, retry, on_error: used(
-            steps, last, twice, renamed, retry=retry, on_error=on_error
+        lambda steps, last, twice, renamed, back, retry, on_error: used(
+            steps, last, twice, renamed, back, retry=retry, on_error=on_error
         ),
-        body | asides, finals, often(False, st.booleans()), st.booleans(), again, goes_on,
+        body | asides, finals, often(False, st.booleans()), st.booleans(), backs, again, goes_on,
     )  # fmt: skip
     fallen_other = st.builds(
         lambda steps, last, other: used(steps, last, False, False, fallback=[other]),

@@ -3,6 +3,11 @@
 LISTS = ("steps", "parallel", "any", "then", "else")
 
 
+def within(other):
+    """All steps of a used protocol."""
+    return [*other["steps"], *other.get("finally", []), *other.get("on_resume", [])]
+
+
 def walk(steps):
     """Every step inside these steps."""
     for step in steps:
@@ -10,7 +15,7 @@ def walk(steps):
         for key in LISTS:
             yield from walk(step.get(key, []))
         if isinstance(step.get("use"), dict):
-            yield from walk([*step["use"]["steps"], *step["use"].get("finally", [])])
+            yield from walk(within(step["use"]))
         for watch in step.get("watch", []):
             yield from walk(watch["then"])
         for other in step.get("fallback", []):

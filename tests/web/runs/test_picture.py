@@ -2,7 +2,7 @@
 
 import pytest
 
-from labrun.engine.check import check_text
+from labrun.engine.check import check_file, check_text
 from labrun.engine.journal.journal import Follower, JournalFault
 from labrun.schemas import journal as j
 from labrun.web.runs.outline import Outline
@@ -62,6 +62,35 @@ def test_a_path_of_the_journal_leads_to_its_step_and_its_points(outline, path, n
 
     assert found.step.told.path == node
     assert [key for _, key in found.loops] == keys
+
+
+@pytest.mark.parametrize(
+    ("path", "node", "keys"),
+    [
+        ("resume:2/main/scan/b/inner/warm", "resume/main/scan/*/inner/warm", ["b"]),
+        ("resume:2/main/scan/b/inner/again/r2/again/0", "resume/main/scan/*/inner/again/0", ["b"]),
+        ("resume:2/0", "resume/0", []),
+        ("resume:2/main/scan/b/inner/other", None, []),
+        ("resume:2/main/scan/b", None, []),
+    ],
+)  # fmt: skip
+def test_the_on_resume_of_a_used_protocol_is_below_the_path_of_its_use(tmp_path, path, node, keys):
+    file = tmp_path / "outer.yaml"
+    (tmp_path / "inner.yaml").write_text(
+        "labrun: 1\nname: inner\ndevices: {gantry: gantry@1}\nsteps: [{do: gantry.home}]\n"
+        "on_resume:\n  - {id: warm, log: on}\n  - {id: again, retry: 2, steps: [{do: gantry.home}]}\n"
+    )
+    file.write_text(
+        "labrun: 1\nname: outer\ndevices: {gantry: gantry@1}\non_resume: [{log: here}]\nsteps:\n"
+        "  - id: scan\n    foreach: {i: [a, b]}\n    key: ${{ i }}\n"
+        "    steps: [{id: inner, use: ./inner.yaml}]\n"
+    )
+    checked = check_file(file)
+    assert checked.ok, checked.problems
+    found = Outline(checked).find(path)
+
+    assert (found and found.step.told.path) == node
+    assert [key for _, key in (found.loops if found else ())] == keys
 
 
 def test_a_path_of_nothing_leads_nowhere(outline):
