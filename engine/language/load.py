@@ -52,7 +52,7 @@ def read_protocol(source: Source) -> tuple[Loaded | None, list[Problem]]:
     if _is_lab(data):
         message, hint = (
             "this is a lab file, not a protocol",
-            "give it together with a protocol, as `--lab`",
+            "give it together with a protocol, as `--lab`; `labrun devices --lab FILE` checks it alone",
         )
         return None, [source.problem((), "E113", message, hint)]
     problems: list[Problem] = list(_version(data, source))
@@ -73,12 +73,14 @@ def read_protocol(source: Source) -> tuple[Loaded | None, list[Problem]]:
 
 
 def _is_lab(data: dict[str, Any]) -> bool:
-    """True for a lab: its devices are mappings with a contract, those of a protocol contracts."""
+    """True for a lab: its devices are mappings with a contract or driver, those of a protocol contracts."""
     devices = data.get("devices")
     named = devices.values() if isinstance(devices, dict) else ()
     if "labrun" in data or "steps" in data or not named:
         return False
-    return all(isinstance(device, dict) and "contract" in device for device in named)
+    return all(
+        isinstance(device, dict) and {"contract", "driver"} & set(device) for device in named
+    )
 
 
 def _version(data: dict[str, Any], source: Source) -> Iterator[Problem]:
