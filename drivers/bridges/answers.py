@@ -71,7 +71,8 @@ def values(
     """The values of an answer; raises BadAnswer or NoNumber.
 
     With a pattern: its named groups, or its groups in order. Without: fields between commas or
-    semicolons; an array takes what is left. A decimal comma stands between two digits.
+    semicolons; an array takes what is left. A decimal comma stands between two digits. Where all are
+    bits, of one number, each is read from it.
     """
     pointed = str if decimal == "." else _pointed
     if pattern is None:
@@ -95,6 +96,7 @@ def values(
             raise BadAnswer(f"{missing[0]} is not in it")
         return {n: None if named.get(n) is None else read(named[n], s) for n, s in returns.items()}
     parts = [part for part in found.groups() if part is not None] or [found[0]]
+    parts = _for_each_bit(parts, returns)
     if len(parts) < len(returns):
         raise BadAnswer(f"it has {len(parts)} of {len(returns)} values")
     return {name: read(part, schema) for (name, schema), part in zip(returns.items(), parts)}  # noqa: B905
@@ -113,6 +115,7 @@ def _split(text: str, returns: Mapping[str, Any]) -> dict[str, Any]:
     left = _fields(text)
     if len(left) == 1 and len(blank := text.split()) == len(returns):
         left = blank
+    left = _for_each_bit(left, returns)
     found, told = {}, len(left)
     for name, schema in returns.items():
         if not left:
@@ -124,6 +127,12 @@ def _split(text: str, returns: Mapping[str, Any]) -> dict[str, Any]:
     if left:
         raise BadAnswer(_too_many(told, returns, decimal_comma=";" in text and "," in text))
     return found
+
+
+def _for_each_bit(parts: list[str], returns: Mapping[str, Any]) -> list[str]:
+    """A single number once for each result, if all of these are bits of it."""
+    bits = len(parts) == 1 and all({"bit", "bits"} & set(one) for one in returns.values())
+    return parts * len(returns) if bits else parts
 
 
 def _fields(text: str) -> list[str]:

@@ -18,7 +18,7 @@ from ...system.tasks import end, first_of, spawn
 from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
 from .answers import BadAnswer, NoNumber
 from .channel import Channel
-from .config import ActionConfig, BridgeConfig
+from .config import ActionConfig, BridgeConfig, of_action
 from .lines import NoAnswer
 from .record import OnceRecord
 from .shared_line import SharedLine
@@ -322,7 +322,7 @@ class Bridge(Driver):
 
     async def _until(self, said: ActionConfig, goal: GoalContext, known: Values) -> None:
         """Ask until the instrument says that it is done; raises NoAnswer when the time is up."""
-        wanted = {n: v for n, v in (said.until or {}).items() if n != "do"}
+        wanted = {n: of_action(v, known) for n, v in (said.until or {}).items() if n != "do"}
         asked, clock = str((said.until or {})["do"]), asyncio.get_running_loop().time
         needed = self.contract_kept.actions[asked].param_schemas()
         given = {name: value for name, value in known.items() if name in needed}

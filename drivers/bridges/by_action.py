@@ -1,14 +1,11 @@
 """What `modbus` and `http` share: an abort is one of the actions, and values are put into data."""
 
-import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ...schemas.contract import Contract
-from .config import BridgeConfig, ConfigFault
+from .config import WHOLE, BridgeConfig, ConfigFault
 from .template import fill, written
-
-WHOLE = re.compile(r"\{(\w+)\}")
 
 
 class ByAction(BridgeConfig):

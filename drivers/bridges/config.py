@@ -5,6 +5,7 @@ are the bridge's own. A contract may also stand apart: then `params` and `return
 """
 
 import contextlib
+import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
@@ -28,6 +29,8 @@ from ...schemas.quantity import UnitError, seconds
 LAST_ONCE = "last_once"
 """The probe of every `once` action without its own: the driver's record of what it sent."""
 Time = int | float | str
+WHOLE = re.compile(r"\{(\w+)\}")
+"""A placeholder that stands alone: the value itself, not its text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -259,6 +262,10 @@ class BridgeConfig(Model):
                     f"{asked} returns no {name}; it returns {_listed(returned)}",
                     True,
                 )
+            asked_for = WHOLE.fullmatch(wanted) if isinstance(wanted := until[name], str) else None
+            if asked_for is not None and asked_for[1] not in known:
+                message = f"{wanted}: the action has no parameter and no result {asked_for[1]!r}; "
+                yield ConfigFault(("until", name), message + f"it has {_listed(sorted(known))}")
 
     def _named(
         self, path: tuple[str | int, ...], name: str, *, known: Collection[str] = ()
@@ -272,6 +279,12 @@ class BridgeConfig(Model):
             without = f"without {needs[0]}" if known else "without parameters"
             message = f"{name} is called {without}, but it needs {_listed(needs)}"
             yield ConfigFault(path, message)
+
+
+def of_action(wanted: Any, known: Mapping[str, Any]) -> Any:
+    """What `until` waits for: as it is said, or "{n}" of what the action was given or has returned."""
+    named = WHOLE.fullmatch(wanted) if isinstance(wanted, str) else None
+    return wanted if named is None else known.get(named[1])
 
 
 def typed(schema: JsonSchema) -> JsonSchema:

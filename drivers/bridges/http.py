@@ -21,8 +21,8 @@ from ..driver import ActionFailed, GoalContext
 from .answers import OWN, BadAnswer, value
 from .answers import values as values_of
 from .bridge import Bridge, Values
-from .by_action import WHOLE, ByAction, filled, texts
-from .config import ActionConfig, ConfigFault, pattern
+from .by_action import ByAction, filled, texts
+from .config import WHOLE, ActionConfig, ConfigFault, pattern
 from .data import found_at, plainly
 from .line_bridge import file_of
 from .lines import NoAnswer
@@ -35,7 +35,10 @@ METHODS = ("get", "put", "post", "patch", "delete")
 
 
 class HttpAction(ActionConfig):
-    """One of get, put, post, patch or delete, with a path; `body` is sent as JSON, `form` as a form."""
+    """One of get, put, post, patch or delete, with a path.
+
+    `body` is sent as JSON, `form` as a web page's form, `text` as it is.
+    """
 
     get: str | None = None
     put: str | None = None
@@ -44,6 +47,7 @@ class HttpAction(ActionConfig):
     delete: str | None = None
     body: Any = None
     form: dict[str, Any] | None = None
+    text: str | None = None
     answer: str | None = None
 
     @field_validator("answer")
@@ -55,6 +59,8 @@ class HttpAction(ActionConfig):
     def _one_method(self) -> "HttpAction":
         if len([method for method in METHODS if getattr(self, method) is not None]) != 1:
             raise ValueError(f"it needs one of {', '.join(METHODS)}, with a path: `get: /state`")
+        if len([one for one in (self.body, self.form, self.text) if one is not None]) > 1:
+            raise ValueError("one of `body`, `form` and `text` is sent, not several")
         return self
 
     @property
@@ -69,6 +75,7 @@ class HttpAction(ActionConfig):
         yield self.request
         yield from texts("body", self.body)
         yield from texts("form", self.form)
+        yield from texts("text", self.text)
         for schema in self.returns.values():
             yield "returns", str(schema.get("at", ""))
 
@@ -243,6 +250,8 @@ class Http(Bridge):
         if said.form is not None:
             made = filled(said.form, values, params, goal.id)
             more = {"data": {name: plainly(value) for name, value in made.items()}}
+        if said.text is not None:
+            more = {"data": fill(said.text, values, params, goal.id)}
         url = self.config.url + path
         what = f"{self.place.device} was asked to {method.upper()} {path}"
         if self._session is None:

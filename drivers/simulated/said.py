@@ -16,7 +16,7 @@ from ...schemas.contract import Action
 from ...schemas.good_calls import duration_s, plain
 from ...schemas.messages import FileContent
 from ..bridges.bridge import Bridge, read_config
-from ..bridges.config import LAST_ONCE, BridgeConfig
+from ..bridges.config import LAST_ONCE, BridgeConfig, of_action
 from ..driver import ActionCanceled, GoalContext, Place
 from .twins.twin import SHARED, Twin
 
@@ -73,7 +73,7 @@ class SaidTwin(Twin):
             inside = getattr(self._said.get(name), "in_path", ())
             told = {n: v for n, v in given.items() if n not in inside}
             self.now |= {self._key(name, field, given): value for field, value in told.items()}
-            self.now |= {n: v for n, v in self._until(name).items() if n != "do"}
+            self.now |= self._waited_for(name, {**self.now, **given})
         unwanted = {path for path in action.path_params()[1] if values.get(path) is None}
         fields = [field for field in self._fields(name) if field not in unwanted]
         return {field: self._answer(name, action, field, goal, values) for field in fields}
@@ -86,8 +86,10 @@ class SaidTwin(Twin):
             if isinstance(self.now[key], int):
                 self.now[key] += 1
 
-    def _until(self, name: str) -> Values:
-        return getattr(self._said.get(name), "until", None) or {}
+    def _waited_for(self, name: str, known: Values) -> Values:
+        until: Values = getattr(self._said.get(name), "until", None) or {}
+        wanted = {field: of_action(value, known) for field, value in until.items() if field != "do"}
+        return {self._key(until["do"], field): value for field, value in wanted.items()}
 
     def _answer(
         self, name: str, action: Action, field: str, goal: GoalContext, values: Values

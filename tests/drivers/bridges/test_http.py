@@ -180,6 +180,10 @@ def test_what_is_no_plain_json(peer, ask):
             "get": "/odd/" + quote('{"mode": 1, "t": 253}'),
             "returns": {"mode": {"words": {"idle": 0, "busy": 1}}, "t": {"unit": "degC", "scale": 0.1}},
         },
+        "note": {
+            "post": "/note", "text": "<t>{t:.1f} {{</t>", "params": {"t": {"unit": "degC"}},
+            "answer": "<t>(.*) .</t>", "returns": {"t": {"unit": "degC"}},
+        },
         "enter": {
             "post": "/enter", "form": {"mode": "{mode}", "go": True},
             "params": {"mode": {"words": {"fast": "F"}}},
@@ -191,14 +195,14 @@ def test_what_is_no_plain_json(peer, ask):
         goal = GoalContext("run/x/1")
         told = [
             await driver.nth(goal, n=1), await driver.xml(goal), await driver.state(goal),
-            await driver.enter(goal, mode="fast"), await driver.picture(goal),
+            await driver.note(goal, t=37), await driver.enter(goal, mode="fast"), await driver.picture(goal),
         ]  # fmt: skip
         return told, goal.files["picture"].data
 
     told, picture = ask("http", said, story)
 
     assert told == [
-        {"x": 2}, {"t": 21.5}, {"mode": "busy", "t": 25.3},
+        {"x": 2}, {"t": 21.5}, {"mode": "busy", "t": 25.3}, {"t": 37.0},
         {"mode": "F", "go": "true", "who": "Basic YWRhOng="}, {"picture": "picture.bin"},
     ]  # fmt: skip
     assert picture == b"PNG"

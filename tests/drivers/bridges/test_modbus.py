@@ -208,6 +208,10 @@ def test_one_that_is_not_there_is_said(once):
             {"dose": {"write": {"start": 1}, "until": {"do": "state", "bsy": 0}}},
             "state returns no bsy",
         ),
+        (
+            {"dose": {"write": {"start": 1}, "until": {"do": "state", "busy": "{two}"}}},
+            "{two}: the action has no parameter and no result 'two'; it has none",
+        ),
         ({"dose": {"write": {"start": 1}, "until": {"busy": 0}}}, "say which action is asked"),
         ({"x": {"read": "busy", "returns": {"busi": {}}}}, "x returns busi, which is not read"),
         ({"x": {}}, "it needs `read:"),

@@ -67,7 +67,7 @@ errors: {TooHot: {answer: E07, happened: no}}
 actions:
   target: {send: RT, returns: {target: {unit: degC, scale: 0.1}}, effect: pure}
   set_target: {send: "WT{to:04d}", params: {to: {unit: degC, scale: 0.1}}, effect: idempotent}
-  state: {send: ST, returns: {pumping: {bit: 5, base: 16}}, effect: pure}
+  state: {send: ST, returns: {pumping: {bit: 5, base: 16}, hot: {bit: 0, base: 16}}, effect: pure}
   code: {send: ST, returns: {code: {type: integer, base: 16}}, effect: pure}
   mode: {send: MO, returns: {mode: {words: {slow: F1, fast: F2}}}, effect: pure}
   set_mode: {send: "SM{mode}", params: {mode: {words: {slow: F1, fast: F2}}}, effect: idempotent}
@@ -163,7 +163,7 @@ REFUSED = {
             ("target", {}, {"target": 20}),
             ("set_target", {"to": 25.3}, {}),
             ("target", {}, {"target": 25.3}),
-            ("state", {}, {"pumping": True}),
+            ("state", {}, {"pumping": True, "hot": False}),
             ("code", {}, {"code": 42}),
             ("mode", {}, {"mode": "fast"}),
             ("set_mode", {"mode": "slow"}, {}),

@@ -79,6 +79,11 @@ async def odd(request):
     return web.Response(text=request.match_info["text"])
 
 
+async def note(request):
+    """What it is sent, as it came."""
+    return web.Response(text=await request.text())
+
+
 async def enter(request):
     """A form, and who sends it."""
     form, who = await request.post(), request.headers.get("Authorization", "")
@@ -165,6 +170,7 @@ async def main():
     app.router.add_post("/api/stop", stop)
     app.router.add_get("/api/broken", broken)
     app.router.add_post("/api/enter", enter)
+    app.router.add_post("/api/note", note)
     app.router.add_post("/api/login", log_in)
     app.router.add_post("/api/guarded", guarded)
     app.router.add_post("/api/jobs", post_job)
