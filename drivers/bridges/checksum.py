@@ -1,10 +1,12 @@
 """What follows a line so that a garbled one is noticed: `@01P?*5C`.
 
-CRC names and check values: https://reveng.sourceforge.io/crc-catalogue/16.htm (crc16 is Modbus's).
+CRC names and check values: https://reveng.sourceforge.io/crc-catalogue/16.htm (crc16 is Modbus's);
+Fletcher's sum modulo 256 (RFC 1145), as u-blox and MicroStrain have it.
 """
 
 from collections.abc import Callable
 from functools import reduce
+from itertools import accumulate
 from operator import xor
 from typing import Literal
 
@@ -45,8 +47,10 @@ WAYS: dict[str, Callable[[bytes], int]] = {
     "crc16": Crc(polynomial=0x8005, start=0xFFFF, reflected=True).of,
     "ccitt": Crc(polynomial=0x1021, start=0xFFFF).of,
     "xmodem": Crc(polynomial=0x1021).of,
+    "fletcher": lambda data: sum(data) % 256 << 8 | sum(accumulate(data)) % 256,
 }
-CRCS = ("crc16", "ccitt", "xmodem")
+WIDE = ("crc16", "ccitt", "xmodem", "fletcher")
+"""Those of 16 bits."""
 FORMS = {"02X": 8, "02x": 8, "03d": 8, "04X": 16, "04x": 16, "05d": 16, "08X": 32, "08x": 32}
 BINARY = {"c": "u1", "<u2": "<u2", ">u2": ">u2", "<u4": "<u4", ">u4": ">u4"}
 """Form -> how many bits of it are written; those of its bytes."""
@@ -58,7 +62,10 @@ class Checksum(Model):
     With `first` it stands before the line.
     """
 
-    of: Literal["xor", "sum", "inverted", "complement", "crc16", "ccitt", "xmodem"] | Crc
+    of: (
+        Literal["xor", "sum", "inverted", "complement", "crc16", "ccitt", "xmodem", "fletcher"]
+        | Crc
+    )
     after: str = ""
     form: str = ""
     skips: int = Field(default=0, ge=0)
@@ -84,7 +91,7 @@ class Checksum(Model):
     def _least(self) -> int:
         if isinstance(self.of, Crc):
             return self.of.bits
-        return 16 if self.of in CRCS else 8
+        return 16 if self.of in WIDE else 8
 
     @property
     def _bits(self) -> int:

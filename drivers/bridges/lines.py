@@ -181,8 +181,16 @@ class LineConfig(Model):
     @property
     def prompts(self) -> list[str]:
         """Each that may stand there."""
-        said = [self.prompt] if isinstance(self.prompt, str) else self.prompt or []
-        return [one.strip() for one in said]
+        return [one.strip() for one in self._said_prompts]
+
+    @property
+    def prompt_is_line(self) -> bool:
+        """Whether the prompt is a line of its own, as `=>\\r\\n` is."""
+        return any(one != one.rstrip("\r\n") for one in self._said_prompts)
+
+    @property
+    def _said_prompts(self) -> list[str]:
+        return [self.prompt] if isinstance(self.prompt, str) else self.prompt or []
 
 
 class NoAnswer(Exception):
@@ -454,6 +462,8 @@ class Lines:
         prompts = self._config.prompts
         while True:
             *lines, last = self._ending().split(bytes(self.channel.received))
+            if self._config.prompt_is_line and lines and not last.strip():
+                last = lines.pop()
             if (prompt := self._decoded(last).strip()) in prompts:
                 self.channel.received.clear()
                 told = [self._decoded(line).strip() for line in lines]

@@ -81,7 +81,7 @@ def _of_bytes(text: str, schema: Schema) -> list[str]:
 
 def _of_mantissa(text: str, schema: Schema) -> list[str]:
     digits = int(schema["mantissa"])
-    found = re.fullmatch(rf"(\d{{{digits}}})([+-]?\d+)", text)
+    found = re.fullmatch(rf"([+-]?\d{{{digits}}})([+-]?\d+)", text)
     if found is None:
         raise ValueError(f"{text!r} is no number of {digits} digits and a power")
     return [f"{found[1]}e{int(found[2]) + int(schema.get('power', 0)) - digits + 1}"]

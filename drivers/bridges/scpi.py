@@ -33,7 +33,10 @@ ERROR = re.compile(
     r"""\s*([+-]?\d+)(?:\s*[,;:]\s*|\s+(?=["']))(.*)|\s*[+-]?0+\s*|\s*["']?no errors?["']?\s*""",
     re.I,
 )
-"""A bare number that is not 0 is a late answer to something else."""
+"""A bare number that is not 0 is a late answer to something else..."""
+STANDARD = re.compile(r":?SYST(?:EM)?:ERR", re.I)
+CODE = re.compile(rf"{ERROR.pattern}|\s*(?P<bare>[+-]?\d+)\s*", re.I)
+"""...but the error's code where another question than SCPI's asks for it: `EER?`."""
 COMPLETED = re.compile(r"\s*\+?1\s*")
 MOST_ERRORS = 30
 QUERY = re.compile(r"\s*[*:]?[A-Za-z][\w:]*\?.*", re.S)
@@ -189,10 +192,12 @@ class Scpi(LineBridge):
         found: list[tuple[int, str]] = []
         while len(found) < MOST_ERRORS:
             await self.lines.send(query)
-            error = await self._told(query, ERROR, self.timeout_s(None), "which is no error")
-            if int(error[1] or 0) == 0:
+            wanted = ERROR if STANDARD.match(query) else CODE
+            error = await self._told(query, wanted, self.timeout_s(None), "which is no error")
+            code = int(error[1] or error.groupdict().get("bare") or 0)
+            if code == 0:
                 break
-            found.append((int(error[1]), (error[2] or "").strip().strip('"')))
+            found.append((code, (error[2] or "").strip().strip('"')))
         return found
 
     async def _refuse_errors(self, said: ScpiAction, sent: str) -> None:

@@ -61,6 +61,7 @@ VOLT, CELSIUS = {"type": "number", "unit": "V"}, {"type": "number", "unit": "deg
         ("1,2,", {"type": "array"}, [1.0, 2.0]),
         ("2A", {"type": "integer", "base": 16, "bits": [1, 3]}, 5),
         ("23,5 V", {**VOLT, "decimal": ","}, 23.5),
+        ("-05000-01", {**VOLT, "mantissa": 5, "scale": 1e4}, -500.0),
     ],
 )
 def test_a_value_is_read_in_the_contracts_unit(text, schema, wanted):

@@ -52,6 +52,7 @@ def test_a_query_is_a_number_in_the_contracts_unit(peer, once):
         ({"prompt": "DM> ", "banner_s": 0.5}, {"prompt": "DM>"}),
         ({"prompt": "DM> ", "echo": True, "banner": "hello", "end": "\r\n"},
          {"prompt": "DM>", "echo": True}),
+        ({"prompt": "=>\r\n", "end": "\r\n"}, {"prompt": ["=>\r\n", "?>\r\n"]}),
         ({"unit": " mV"[1:]}, {}),
         ({"unit": " V"}, {}),
         ({"unit": "VDC"}, {}),
@@ -102,13 +103,16 @@ def test_the_error_queue_becomes_named_errors(peer, once):
         once("scpi", config(where, errors=errors, actions={"r": set_range}), "r", range=5000)
     with pytest.raises(ActionFailed, match="-222") as unnamed:
         once("scpi", config(where, actions={"r": set_range}), "r", range=5000)
+    with pytest.raises(ActionFailed, match=r"reports -222$") as bare:
+        own = config(where, errors=errors, actions={"r": set_range}, error_query="EER?")
+        once("scpi", own, "r", range=5000)
     with pytest.raises(ActionFailed, match="-113 Undefined header") as unknown:
         once("scpi", config(where, actions={"x": {"write": "XYZ 1"}}), "x")
     with pytest.raises(ActionFailed, match="-113 Undefined header") as silent:
         said = {"query": "XYZ?", "returns": {"x": {}}, "timeout": "0.3 s"}
         once("scpi", config(where, actions={"x": said}), "x")
 
-    assert failure(named) == ("OutOfRange", "no")
+    assert failure(named) == failure(bare) == ("OutOfRange", "no")
     assert failure(unnamed) == ("ExecutionError", "no")
     assert failure(unknown) == ("CommandError", "no")
     assert failure(silent) == ("CommandError", "no")

@@ -117,6 +117,7 @@ def test_an_answer_with_a_wrong_checksum_is_none(peer, once):
         ("xmodem", "04X", "123456789" + "31C3"),
         ("inverted", "04X", "123456789" + "FE22"),
         ({"polynomial": 0x1021, "start": 0xFFFF, "reflected": True, "final": 0xFFFF}, "04X", "123456789906E"),
+        ("fletcher", "04X", "\x06\x08\0\0" + "0E30"),  # UBX-CFG-RATE
         ({"bits": 8, "polynomial": 0x31, "reflected": True}, "02x", "123456789a1"),
         ({"bits": 32, "polynomial": 0x04C11DB7, "start": 0xFFFFFFFF}, "08X", "1234567890376E6E7"),
     ],

@@ -59,6 +59,8 @@ class Instrument:
         match name:
             case "*IDN?":
                 return self.habits["idn"]
+            case "EER?" if self.habits["error_query"]:  # as some supplies have it: its number alone
+                return (self.errors.pop(0) if self.errors else "0").partition(",")[0]
             case "SYST:ERR?" if self.habits["error_query"]:
                 return self.errors.pop(0) if self.errors else '0,"No error"'
             case "*OPC?":
