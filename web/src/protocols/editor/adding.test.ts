@@ -4,7 +4,7 @@ import type { ActionForm, DeviceDetail } from '../../api/types'
 import { patchAll } from '../text/edit'
 import type { Path } from '../text/path'
 import { read } from '../text/reading'
-import { actionOffers, structureOffers } from './adding'
+import { actionOffers, matching, plainOffers, structureOffers } from './adding'
 import { sourcesAt } from './around'
 
 function action(name: string, params: unknown = {}, returns: unknown = {}, more: Partial<ActionForm> = {}): ActionForm {
@@ -27,7 +27,7 @@ const contracts = { devices, reach: new Map(), deviceOf: (contract: string) => d
 
 function add(text: string, words: string, path: Path, inside = false): { text: string; select: Path } {
   const now = read(text)
-  const offer = [...actionOffers(contracts, []), ...structureOffers(devices, [])].find((one) => one.name === words)
+  const offer = [...actionOffers(contracts, []), ...structureOffers(devices, []), ...plainOffers([], 'mine')].find((one) => one.name === words)
   if (!now.ok || !offer) throw new Error(`no ${words}`)
   const done = patchAll(text, offer.edits(now.data, path, inside))
   if (!done.ok) throw new Error(done.reason)
@@ -57,6 +57,22 @@ steps:
           file: export_\${{ point.ix }}_\${{ point.iy }}.csv
       - {do: reduce.reduce, with: {spectrum: "\${{ steps.export.file }}"}}
 `)
+})
+
+test('another way, and what happens otherwise, begin the lists that are not there yet', () => {
+  const [step, otherwise] = [['steps', 0], ['steps', 0, 'else']]
+  const now = add('labrun: 1\nname: mine\nsteps:\n  - if: ${{ true }}\n    then:\n      - wait: 1 s\n', 'Log', otherwise)
+
+  expect(now.text).toContain('    then:\n      - wait: 1 s\n    else:\n      - log: Here\n')
+  expect(add(now.text, 'Wait', otherwise).text).toContain('    else:\n      - log: Here\n      - wait: 5 s\n')
+  expect(add(now.text, 'Wait', [...step, 'fallback']).text).toContain('    fallback:\n      - wait: 5 s\n')
+})
+
+test('a search finds names before descriptions, and an action as a protocol writes it', () => {
+  const offers = [...structureOffers(devices, []), ...actionOffers(contracts, []), ...plainOffers([], 'mine')]
+  const first = (words: string) => matching(offers, words)[0]?.name
+
+  expect([first('if'), first('log'), first('move_to'), first('gantry.home'), first('fails')]).toEqual(['If', 'Log', 'gantry: move to', 'gantry: home', 'Try in order'])
 })
 
 test('outside of a loop of points there is no point to take', () => {

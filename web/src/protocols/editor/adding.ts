@@ -57,7 +57,7 @@ export function roleFor(data: unknown, device: { name: string; contract: string 
 
 function insertion(data: unknown, path: Path, inside: boolean, step: unknown): Edit {
   const { list, index } = placeAfter(data, path, inside)
-  return { kind: 'insert', path: list, index, values: [step] }
+  return valueAt(data, list) === undefined ? { kind: 'set', path: list, value: [step] } : { kind: 'insert', path: list, index, values: [step] }
 }
 
 /** The required parameters: taken from around the step where that is likely, else the smallest valid values. */
@@ -178,6 +178,13 @@ export function plainOffers(protocols: readonly string[], name: string): Offer[]
 
 export function matching(offers: readonly Offer[], words: string): Offer[] {
   const wanted = words.toLowerCase().split(/\s+/).filter(Boolean)
-  return offers.filter((one) => wanted.every((word) => `${one.name} ${one.about} ${one.mark}`.toLowerCase().includes(word)))
+  const found = offers.filter((one) => wanted.every((word) => `${one.name} ${one.key} ${one.about} ${one.mark}`.toLowerCase().includes(word)))
+  return found.sort((a, b) => farFrom(words, a) - farFrom(words, b))
+}
+
+/** 0 for an offer of this name, 1 for a name that holds it, 2 for one that only its description speaks of. */
+export function farFrom(words: string, { name, key }: Offer): number {
+  const [wanted, ...names] = [words, name, key].map((one) => one.trim().toLowerCase())
+  return names.some((one) => one === wanted) ? 0 : names.some((one) => one.includes(wanted ?? '')) ? 1 : 2
 }
 

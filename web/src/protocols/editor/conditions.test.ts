@@ -21,6 +21,7 @@ test('anything else stays an expression', () => {
 
 test('a typed number gets the unit of what it is compared with, a text its quotes', () => {
   expect(writtenRight('950', { kind: 'number', unit: 'degC' })).toBe('950 degC')
+  expect(writtenRight('', { kind: 'number', unit: 'degC' })).toBe('0 degC')
   expect(writtenRight('950 K', { kind: 'number', unit: 'degC' })).toBe('950 K')
   expect(writtenRight("it's", { kind: 'text', unit: '' })).toBe("'its'")
   expect(writtenRight('', undefined)).toBe('0')

@@ -55,7 +55,8 @@ export function writtenCondition({ join, clauses }: Condition): string {
 export function writtenRight(typed: string, source: Pick<Source, 'kind' | 'unit'> | undefined): string {
   const text = typed.trim()
   if (source?.kind === 'text') return `'${text.replace(/['\\]/g, '')}'`
-  return isNumber(text) && source && source.unit !== '' ? `${text} ${source.unit}` : text || '0'
+  const given = text || '0'
+  return isNumber(given) && source && source.unit !== '' ? `${given} ${source.unit}` : given
 }
 
 /** How the right side is shown in a field: a text without its quotes. */

@@ -41,6 +41,7 @@ export function placeAfter(data: unknown, path: Path, inside: boolean): { list: 
   const value = valueAt(data, path)
   // Other ways are tried before a person is asked.
   if (path.at(-1) === 'fallback') return { list: path, index: Array.isArray(value) ? value.length - (kindOf(value.at(-1)) === 'ask' ? 1 : 0) : 0 }
+  if (path.at(-1) === 'else' && value === undefined) return { list: path, index: 0 }
   if (Array.isArray(value) && path.length > 0) return { list: path, index: value.length }
   const key = inside ? innerKey(kindOf(value)) : null
   const inner = key !== null && isMap(value) ? value[key] : undefined

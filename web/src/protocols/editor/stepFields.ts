@@ -30,7 +30,7 @@ export const OF_KIND: Record<StepKind, StepField[]> = {
   while: [field('max', 'At most', 'number', 'How often at most; then the step fails')],
   if: [],
   use: [field('use', 'Protocol', 'text', 'Its file, relative to this one', { ...NEEDED, ...PLAIN })],
-  steps: [field('reserve', 'Keeps for itself', 'list', 'Devices that no other steps use meanwhile, separated by commas', PLAIN)],
+  steps: [field('reserve', 'Keeps for itself', 'list', 'Devices that no other steps use meanwhile, separated by commas', { ...PLAIN, ...RARE })],
   confirm: [field('confirm', 'Text', 'text', 'A person confirms before anything else happens', NEEDED)],
   ask: [field('ask', 'Question', 'text', '', NEEDED), field('choices', 'Choices', 'list', 'Separated by commas', { ...NEEDED, ...PLAIN })],
   wait: [field('wait', 'How long', 'text', 'Such as 5 s or 2 min', NEEDED)],
