@@ -25,6 +25,8 @@ def find_file(
     It lies in one of `folders` or below: what a protocol names is copied into its runs, and
     everyone who may look at these sees it.
     """
+    if not name:
+        raise FileFault("no file is named")
     path = place_of(protocol, name)
     try:
         real = path.resolve()

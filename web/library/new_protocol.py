@@ -50,6 +50,8 @@ class NewProtocols:
 
     def _text(self, asked: NewProtocol) -> str:
         if asked.text is not None:
+            if "\0" in asked.text or "\ufffd" in asked.text:  # what a browser makes of other bytes
+                raise Refusal(422, "NO_TEXT", f"{asked.name} is not UTF-8 text: not a protocol")
             return asked.text
         if asked.copy_of is not None:
             return self._library.read(asked.copy_of).text

@@ -1,5 +1,6 @@
 """Tables beside a protocol: the CSV files that it may name, and a new one."""
 
+import re
 from pathlib import Path
 
 from ...engine.language.table import TableFault, table_of
@@ -10,6 +11,7 @@ from .names import place_of, wrong_name
 
 SUFFIX = ".csv"
 MOST_TABLES = 200
+_NO_TEXT = re.compile("[\0-\x08\x0e-\x1f\ufffd]")  # what a browser makes of other bytes
 
 
 def tables_beside(folder: Path, protocol: str) -> list[CsvTable]:
@@ -30,6 +32,9 @@ def bring_table(folder: Path, asked: NewCsvTable) -> CsvTable:
     stem = asked.name[: -len(SUFFIX)] if asked.name.lower().endswith(SUFFIX) else asked.name
     if "/" in stem or "'" in stem or wrong_name(f"{stem}.yaml"):
         raise Refusal(422, "WRONG_NAME", f"{asked.name[:80]!r} is not a valid name for a table")
+    if _NO_TEXT.search(asked.text):
+        reason = f"{asked.name} is not UTF-8 text: export the table as CSV in UTF-8"
+        raise Refusal(422, "NO_TABLE", reason)
     try:
         data = asked.text.encode("utf-8")
         table_of(asked.name, asked.text)

@@ -182,6 +182,7 @@ def test_a_table_is_put_beside_its_protocol_and_told_with_its_columns(shared, pa
         ("it's.csv", "a\n1\n", "WRONG_NAME"),
         (".csv", "a\n1\n", "WRONG_NAME"),
         ("p.csv", "", "NO_TABLE"),
+        ("p.xlsx", "PK\x03\x04\ufffd", "NO_TABLE"),
         ("p.csv", "a,a\n1,2\n", "NO_TABLE"),
         ("p.csv", 'a\n"\n', "NO_TABLE"),
     ],
@@ -189,6 +190,8 @@ def test_a_table_is_put_beside_its_protocol_and_told_with_its_columns(shared, pa
 def test_what_is_no_table_is_not_written(shared, page, name, text, code):
     page.post("/protocols", json={"name": "none/rows.yaml", "text": GOOD})
     told = page.post("/tables", json={"protocol": "none/rows.yaml", "name": name, "text": text})
+    picture = page.post("/protocols", json={"name": "picture.yaml", "text": "\ufffdPNG\0"})
 
     assert (told.status_code, told.json()["code"]) == (422, code)
     assert page.get("/tables", params={"protocol": "none/rows.yaml"}).json() == []
+    assert (picture.status_code, picture.json()["code"]) == (422, "NO_TEXT")
