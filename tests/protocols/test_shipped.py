@@ -112,7 +112,7 @@ def test_a_shipped_protocol_can_be_rehearsed(path):
     "path",
     marked(
         [p for p in SHIPPED if p.stem not in RUN_ELSEWHERE and p != PEGMATITE],
-        pytest.mark.slow,
+        pytest.mark.soak,
         "scan_core",
     ),
 )

@@ -104,7 +104,7 @@ def reduce_into(out, folder, executor):
         executor.close()
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_cluster_writes_the_same_bytes_as_this_machine(spectra, tmp_path, address, tables_of):
     from labrun.reduction.batch.cluster import Cluster
 

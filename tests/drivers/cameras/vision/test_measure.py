@@ -32,7 +32,7 @@ def failed(work) -> ActionFailed:
     return found.value
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_95_of_100_places_are_within_the_figures():
     random = np.random.default_rng(5)
     rendered = [row for _ in range(1) for row in vision.scene(random, 30, True)]
