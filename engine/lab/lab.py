@@ -12,6 +12,7 @@ from ...schemas.lab import Lab, LabDevice
 from ...schemas.patterns import check_schema, unknown_keywords, validator
 from ...schemas.problem import Problem
 from ...schemas.quantity import UnitError, magnitude_in, unit_of
+from ...system import NO_FILE, WINDOWS
 from ...system.extras import OF_DRIVERS, missing
 from ..language.shape import read_model
 from ..language.source import Source, parse_source, read_source
@@ -80,6 +81,7 @@ def load_lab(path: Path | None) -> tuple[LoadedLab | None, list[Problem]]:
     contracts, more = _contracts(lab, source, path)
     problems += more
     problems += said_contracts(lab, contracts, source)
+    problems += _check_names(lab, source)
     problems += _check_devices(lab, contracts, source)
     return LoadedLab(lab, path, contracts, source), problems
 
@@ -160,6 +162,22 @@ def _units(schema: Any) -> Iterator[str]:
     elif isinstance(schema, list):
         for inner in schema:
             yield from _units(inner)
+
+
+def _check_names(lab: Lab, source: Source) -> Iterator[Problem]:
+    """Each device has a folder of its name: one that is none of another's on any system."""
+    known: dict[str, str] = {}
+    for name in lab.devices:
+        place = ("devices", name)
+        other = known.setdefault(name.lower(), name)
+        if other != name:
+            message = f"{other} and {name} would share a folder on Windows and macOS"
+            yield source.problem(
+                place, "E112", message, "they differ only in case; rename one", key=True
+            )
+        if WINDOWS and NO_FILE.search(name):
+            message = f"on Windows no folder can be named {name}"
+            yield source.problem(place, "E112", message, f"such as {name}_", key=True)
 
 
 def _check_devices(lab: Lab, contracts: dict[str, Contract], source: Source) -> Iterator[Problem]:

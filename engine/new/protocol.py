@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from importlib.resources import files
 
 from ...schemas.protocol import Protocol
+from ...system import NO_FILE
 from ..lab.lab import LoadedLab
 from ..language.suggest import did_you_mean, listed
 
@@ -24,7 +25,6 @@ EXAMPLES = ("fill_plate", "calibrate_camera")
 MODELINE = "# yaml-language-server: $schema=./labrun.schema.json\n"
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]*")
 LONGEST = 80
-RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])", re.IGNORECASE)
 
 
 class CannotMake(ValueError):
@@ -51,7 +51,7 @@ def protocol_name(name: str) -> str:
         )
     if len(plain) > LONGEST:
         raise CannotMake(f"a name of {len(plain)} characters is too long; the limit is {LONGEST}")
-    if RESERVED.fullmatch(plain.partition(".")[0]):
+    if NO_FILE.search(plain):
         raise CannotMake(f"{name!r} cannot be a file on Windows; choose another name")
     return plain
 

@@ -1,17 +1,8 @@
 """Names of files in a run's folder: they never lead out of it, and are those of files."""
 
-import re
 from pathlib import Path, PurePosixPath
 
-from ...system import WINDOWS
-
-NO_FILE = re.compile(
-    r'[<>:"|?*\x00-\x1f]|[ .]$|^(?:con|prn|aux|nul|(?:com|lpt)[0-9¹²³])(?: *\.|$)', re.IGNORECASE
-)
-"""On Windows a device or a hidden stream of another file, whose content nobody finds again, or nothing.
-
-After Microsoft's "Naming Files, Paths, and Namespaces".
-"""
+from ...system import NO_FILE, WINDOWS
 
 
 class FileFault(ValueError):

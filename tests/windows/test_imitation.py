@@ -160,6 +160,18 @@ def test_spectra_are_reduced_by_several_processes(labrun, tmp_path):
     assert (tmp_path / "tables" / "peaks.csv").exists()
 
 
+def test_devices_whose_folders_windows_cannot_make_are_told_by_a_check(labrun, tmp_path):
+    devices = "".join(
+        f"  {name}: {{contract: balance@1, driver: sim_balance}}\n" for name in ("com1", "A", "a")
+    )
+    (tmp_path / "lab.yaml").write_text(f"name: bench\nsimulated: true\ndevices:\n{devices}")
+    status, said = labrun("check", str(PROTOCOLS / "hello.yaml"), "--lab", "lab.yaml")
+
+    assert status == 2
+    assert "on Windows no folder can be named com1" in said
+    assert "A and a would share a folder on Windows and macOS" in said
+
+
 def test_torture_says_what_windows_lacks(labrun):
     status, said = labrun("torture", MAP)
 

@@ -2,6 +2,7 @@
 
 from pathlib import Path, PurePosixPath
 
+from ...system import NO_FILE, WINDOWS
 from ..local.refusal import Refusal
 
 SUFFIXES = (".yaml", ".yml", ".json")
@@ -18,6 +19,8 @@ def wrong_name(name: str) -> str:
         return "it must be relative to the folder of protocols, with / between folders"
     if not pure.parts or any(part.startswith(".") or part != part.strip() for part in pure.parts):
         return "no part of it may begin with a dot or have spaces around it"
+    if WINDOWS and any(NO_FILE.search(part) for part in pure.parts):
+        return "on Windows no file can have it"
     if len(pure.parts) > DEEPEST:
         return f"it may be at most {DEEPEST} folders deep"
     if pure.suffix.lower() not in SUFFIXES:

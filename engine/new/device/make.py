@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ....schemas.contract import Contract
 from ....schemas.contracts import ContractFault, parse_contract, read_contract, shipped_contracts
+from ....system import NO_FILE
 from ...lab.lab import check_schemas
 from ...language.suggest import did_you_mean, listed
 from ..protocol import CannotMake
@@ -37,6 +38,8 @@ def device_name(name: str, *, as_module: bool = False) -> str:
         raise CannotMake(
             f"{name!r} is not a valid device name: lower-case letters, digits and _, a letter first{guess}"
         )
+    if NO_FILE.search(name):
+        raise CannotMake(f"{name!r} cannot be a file or folder on Windows; choose another name")
     found = find_spec(name) if as_module and not Path(f"{name}.py").exists() else None
     if found is not None and found.origin is not None:
         raise CannotMake(

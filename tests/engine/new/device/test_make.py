@@ -159,6 +159,7 @@ def test_nothing_is_overwritten(tmp_path):
     [
         ("Hot-Plate", "'hot_plate' would do"), ("2plates", "is not a valid device name"),
         ("class", "is a Python keyword"), ("json", "already a Python module 'json'"),
+        ("com1", "cannot be a file or folder on Windows"),
         ("labrun", "already a Python module 'labrun'"), ("../x", "is not a valid"), ("", "is not a valid"),
     ],
 )  # fmt: skip
