@@ -77,10 +77,10 @@ def main() -> None:
         _run(argv, plugins)
     except KeyboardInterrupt:
         sys.exit(CTRL_C)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(PROBLEMS)
-    except Exception as fault:  # ours: it is told with its traceback
+    except Exception as fault:  # ours, unless nobody reads any more: it is told with its traceback
+        if _reader_is_gone(fault):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            sys.exit(PROBLEMS)
         sys.exit(_not_installed(argv, fault) or _own_fault())
 
 
@@ -174,6 +174,12 @@ def _show_version(wanted: bool) -> None:
 def _command(name: str):
     module = importlib.import_module(f".commands.{MODULES.get(name, name)}", __package__)
     return getattr(module, MODULES.get(name, name))
+
+
+def _reader_is_gone(fault: Exception) -> bool:
+    from ..system.output import reader_is_gone
+
+    return reader_is_gone(fault)
 
 
 def _not_installed(argv: list[str], fault: Exception) -> int:

@@ -1,11 +1,24 @@
 """Output that holds nobody up, however long its reader takes."""
 
+import errno
 import queue
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, TextIO, cast
+
+from . import WINDOWS
+
+
+def reader_is_gone(fault: BaseException) -> bool:
+    """Whether it says that nobody reads any more, as behind `| head`.
+
+    Windows tells of a pipe that is closed as an invalid argument (CPython's issue 79935).
+    """
+    if WINDOWS and isinstance(fault, OSError) and fault.errno == errno.EINVAL:
+        return fault.filename is None
+    return isinstance(fault, BrokenPipeError)
 
 
 class Unhurried:

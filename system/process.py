@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypedDict
 
@@ -33,13 +34,19 @@ async def start_python(
 ) -> Process:
     """Start a module with this Python, or another one; raises OSError.
 
-    Ctrl-C in the terminal is not for it, and it has no input; `options` (`stdout`, `env`, ...) are
-    those of subprocess, and come first.
+    Ctrl-C in the terminal is not for it, it has no input, and what it says is UTF-8; `options`
+    (`stdout`, `env`, ...) are those of subprocess, and come first.
     """
+    options["env"] = in_utf8(options.get("env") or os.environ)
     defaults = {"stdin": subprocess.DEVNULL, **apart()}
     return await asyncio.create_subprocess_exec(
         python or sys.executable, "-P", "-m", module, *arguments, **{**defaults, **options}
     )
+
+
+def in_utf8(environment: Mapping[str, str]) -> dict[str, str]:
+    """An environment in which Python writes UTF-8 into pipes and files: on Windows it is the code page."""
+    return {**environment, "PYTHONIOENCODING": "utf-8"}
 
 
 class Apart(TypedDict, total=False):

@@ -64,7 +64,8 @@ class RunningServer:
             await stop(self.process, timeout_s)
             return
         for number in (PLEASE_END, AT_ONCE):
-            with contextlib.suppress(ProcessLookupError, PermissionError, TimeoutError):
+            # Windows' for a process that is gone, or one of another console: OSError or SystemError.
+            with contextlib.suppress(OSError, SystemError, TimeoutError):
                 os.kill(self.pid, number)
                 async with asyncio.timeout(timeout_s):
                     await self.ended()

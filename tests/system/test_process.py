@@ -42,6 +42,17 @@ def test_a_module_runs_with_this_python_without_input_in_a_session_of_its_own(mo
     assert said == f"['a', 'b'] {pid} \n"
 
 
+def test_what_it_says_is_utf_8_whatever_the_code_page(modules, monkeypatch):
+    monkeypatch.setenv("PYTHONIOENCODING", "cp1252")
+    options = modules("says", "print('Gr\\u00f6\\u00dfe')")
+
+    async def story():
+        process = await start_python("says", **options)
+        return (await process.communicate())[0]
+
+    assert asyncio.run(story()).split() == ["Größe".encode()]
+
+
 @pytest.mark.parametrize(
     ("text", "timeout_s", "status"),
     [

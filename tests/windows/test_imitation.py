@@ -160,6 +160,29 @@ def test_spectra_are_reduced_by_several_processes(labrun, tmp_path):
     assert (tmp_path / "tables" / "peaks.csv").exists()
 
 
+def test_who_closes_the_window_lets_a_process_end_in_order_and_a_service_outlives_a_logoff(
+    environment,
+):
+    program = """
+import asyncio, sitecustomize, threading
+from labrun.system.signals import on_end
+async def main():
+    told = asyncio.get_running_loop().create_future()
+    on_end(told.set_result)
+    (hear,) = sitecustomize.console_handlers
+    print(hear(1), hear(5), told.done())   # Ctrl-Break is `signal`'s; a logoff is another person's
+    window = threading.Thread(target=hear, args=(2,), daemon=True)
+    window.start()
+    print(await told, window.is_alive())   # as long as it has not returned, Windows waits
+asyncio.run(main())
+"""
+    ran = subprocess.run(
+        [sys.executable, "-c", program], env=environment, capture_output=True, text=True
+    )
+
+    assert ran.stdout.splitlines() == ["0 1 False", "the window's end True"], ran.stderr
+
+
 def test_devices_whose_folders_windows_cannot_make_are_told_by_a_check(labrun, tmp_path):
     devices = "".join(
         f"  {name}: {{contract: balance@1, driver: sim_balance}}\n" for name in ("com1", "A", "a")
@@ -170,6 +193,24 @@ def test_devices_whose_folders_windows_cannot_make_are_told_by_a_check(labrun, t
     assert status == 2
     assert "on Windows no folder can be named com1" in said
     assert "A and a would share a folder on Windows and macOS" in said
+
+
+def test_a_pipe_that_is_closed_is_no_fault_of_ours(environment, tmp_path):
+    program = (
+        "import errno, sys\nfrom labrun.engine import cli\n"
+        "class Closed(type(sys.stdout)):\n"
+        "    def write(self, text): raise OSError(errno.EINVAL, 'Invalid argument')\n"
+        "sys.stdout = Closed(sys.stdout.buffer)\nsys.argv = ['labrun', 'problem', 'E204']\ncli.main()\n"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-c", program],
+        env=environment,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+
+    assert (ran.returncode, ran.stderr) == (2, "")
 
 
 def test_torture_says_what_windows_lacks(labrun):

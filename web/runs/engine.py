@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 from ...engine.run.folder import LOCK, engine_of
-from ...system.process import alive, apart
+from ...system.process import alive, apart, in_utf8
 
 RUN = re.compile(r"^run (\S+)$", re.MULTILINE)
 OURS = re.compile(r"^labrun: ", re.MULTILINE)
@@ -24,7 +24,7 @@ def start_engine(arguments: list[str], log: Path, cwd: Path) -> "subprocess.Pope
         return subprocess.Popen(
             [sys.executable, "-P", "-m", "labrun.engine", *arguments],
             stdin=subprocess.DEVNULL, stdout=sink, stderr=subprocess.STDOUT, cwd=cwd,
-            env={**os.environ, "PYTHONUNBUFFERED": "1"}, **apart(),
+            env=in_utf8({**os.environ, "PYTHONUNBUFFERED": "1"}), **apart(),
         )  # fmt: skip
 
 

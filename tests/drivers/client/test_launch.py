@@ -262,3 +262,17 @@ def test_a_server_that_dies_is_started_again_also_where_that_fails_at_first(benc
     ]  # fmt: skip
     assert "it does not answer yet" in said[1] and "it does not answer yet" in said[2]
     assert said[3] == f"arm at {server.url} again"
+
+
+@pytest.mark.parametrize("fault", [OSError(22, "Invalid argument"), SystemError("no Ctrl-Break")])
+def test_a_server_left_behind_that_hears_no_signal_is_killed(fault, monkeypatch):
+    sent = []
+
+    def kill(pid, number):
+        sent.append(number)
+        raise fault  # as Windows says of a process of another console
+
+    monkeypatch.setattr(launch.os, "kill", kill)
+    asyncio.run(launch.RunningServer(None, "http://127.0.0.1:1", ["gantry"], 1234567).stop())
+
+    assert sent == [launch.PLEASE_END, launch.AT_ONCE]

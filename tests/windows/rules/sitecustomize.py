@@ -236,8 +236,11 @@ def locking(descriptor: int, mode: int, count: int) -> None:
     fcntl.fcntl(descriptor, fcntl.F_OFD_SETLK, wanted)
 
 
+console_handlers: list[Callable[[int], int]] = []
+
+
 class Kernel32:
-    """What is asked of it: whether a process has an exit code."""
+    """What is asked of it: whether a process has an exit code, and who hears of the console's end."""
 
     def __init__(self, name: str, *, use_last_error: bool) -> None:
         self.OpenProcess = self.Opened()
@@ -255,6 +258,9 @@ class Kernel32:
 
     def GetExitCodeProcess(self, handle: ctypes.c_void_p, code: object) -> None:  # noqa: N802
         code._obj.value = 259  # type: ignore[attr-defined]
+
+    def SetConsoleCtrlHandler(self, handler: Callable[[int], int], added: bool) -> None:  # noqa: N802
+        console_handlers.insert(0, handler) if added else console_handlers.remove(handler)
 
     def CloseHandle(self, handle: ctypes.c_void_p) -> None:  # noqa: N802
         """Nothing is held."""
