@@ -5,6 +5,7 @@ and y are a line or a grid, what was measured lies over them, NaN where a point 
 `row`, with x and y beside it. Axes are HDF5 dimension scales, too, as netCDF has them.
 """
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,9 @@ from .formats import ExportFault
 from .tables import AXES, grid_of, numbers_of, tables
 
 SPECTRA = "spectra/"
+WT_PERCENT = re.compile(
+    r"_wt_percent(_err|_low|_high|_known)?$"
+)  # columns whose names are their unit
 
 
 def write(folder: Path, place: Path) -> None:
@@ -90,6 +94,7 @@ def _write_table(
         if column in numbers:
             values, unit = np.full(shape, np.nan), numbers[column][1]
             values[places] = numbers[column][0]
+            unit = unit or ("wt %" if WT_PERCENT.search(column) else "")
             _attach(data.create_dataset(column, data=values), axes, unit)
         else:
             texts[column] = ["" if (v := row.get(column)) is None else str(v) for _, row in rows]

@@ -73,7 +73,10 @@ def test_a_grid_is_an_image_over_its_axes_with_a_hole(exported):
 
 
 def test_a_line_lies_along_its_axis_and_anything_else_along_its_rows(exported):
-    line = [point(str(n), 1.5 * n, 4, n, speed=quantity(n, "mm/s")) for n in range(4)]
+    line = [
+        point(str(n), 1.5 * n, 4, n, speed=quantity(n, "mm/s"), Li_wt_percent_err=0.1)
+        for n in range(4)
+    ]
     apart = [
         j.IterationEnded(
             loop="main/other", index=n, key=str(n), fate="succeeded", file="other.csv",
@@ -86,6 +89,7 @@ def test_a_line_lies_along_its_axis_and_anything_else_along_its_rows(exported):
     assert list(entry["data"].attrs["axes"]) == ["x"]
     assert list(entry["data/speed"]) == [0, 1, 2, 3]
     assert entry["data/speed"].attrs["units"] == "mm / s"
+    assert entry["data/Li_wt_percent_err"].attrs["units"] == "wt %"
     assert list(entry["data/y"]) == [4, 4, 4, 4] and entry["data/y"].attrs["units"] == "mm"
     assert list(entry["other"].attrs["axes"]) == ["row_"]
     assert list(entry["other/row"]) == [0, 1, 2, 3] and list(entry["other/y"]) == [0, 5, 7, 9]
