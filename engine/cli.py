@@ -41,6 +41,8 @@ MODULES = {
     "record-buttons": "record_buttons",
     "find-buttons": "find_buttons",
 }
+PARTS = {"calibrate": {"camera": "calibrate-camera"}}
+"""Commands of ours that are also found within another's group."""
 SUMMARY = "Laboratory experiments as YAML: checked, run, and never lost."
 
 
@@ -139,6 +141,8 @@ def _run(argv: list[str], plugins: dict) -> None:
         for name in wanted:
             command = every[name]()
             if isinstance(command, typer.Typer):
+                for part, ours in PARTS.get(name, {}).items():
+                    command.command(part)(_command(ours))
                 app.add_typer(command, name=name, rich_help_panel=groups[name])
             else:
                 app.command(name, rich_help_panel=groups[name])(command)

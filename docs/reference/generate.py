@@ -18,7 +18,7 @@ from pydantic import BaseModel
 from typer.models import ArgumentInfo, OptionInfo
 
 import labrun
-from labrun.engine.cli import COMMANDS, GROUPS, _command
+from labrun.engine.cli import COMMANDS, GROUPS, PARTS, _command
 from labrun.engine.lab_schema.words import about, choices_for, words_for
 from labrun.engine.language.functions import FUNCTIONS
 from labrun.schemas import protocol
@@ -69,6 +69,8 @@ def cli() -> str:
                     assert one.callback is not None
                     word = one.name or one.callback.__name__.replace("_", "-")
                     parts.append(_usage(f"{name} {word}", one.callback))
+                for word, ours in PARTS.get(name, {}).items():
+                    parts.append(_usage(f"{name} {word}", _command(ours)))
             else:
                 parts.append(_usage(name, found))
     return "\n\n".join(part.strip() for part in parts) + "\n"

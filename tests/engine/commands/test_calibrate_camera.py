@@ -50,7 +50,7 @@ def lab(tmp_path_factory):
 def test_a_lens_is_measured_told_and_written(lab):
     (lab / "cal" / "note.png").write_text("no picture")
     save(lab / "cal" / "wall.png", np.full((360, 640), 99, np.uint8))
-    done = labrun(lab, "calibrate-camera", "cal", *BOARD, "-o", "out/new.yaml")
+    done = labrun(lab, "calibrate", "camera", "cal", *BOARD, "-o", "out/new.yaml")
     (lab / "cal" / "note.png").unlink()
     (lab / "cal" / "wall.png").unlink()
     kept = yaml.safe_load((lab / "out" / "new.yaml").read_text())
