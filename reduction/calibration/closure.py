@@ -36,7 +36,7 @@ MOST_ERROR = 1.5  # of ln(amount): with more an element's amount is not told
 COOL_PARTS = np.geomspace(0.005, 0.6, 9)
 COOL_K, COOL_NE = 0.5, 0.3
 # What a response that had to be found in the same lines leaves of each ln(amount): so many times what the
-# lines scatter beyond their errors (measured minerals, their first half).
+# lines scatter beyond their errors, as makes errors right on measured minerals, all of which were seen.
 UNKNOWN_RESPONSE = 1.7
 MOST_SCATTER = 2.0  # of ln(area); a line further off is another's
 LEAST_SHOTS = 3  # whose scatter is an error
