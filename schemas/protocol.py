@@ -78,7 +78,7 @@ class StepBase(Model):
     when: Scalar = None
     timeout: Duration | None = None
     retry: int | Retry | None = None
-    fallback: "list[Step | list[Step]] | None" = Field(default=None, min_length=1)
+    fallback: "list[Step | list[Step]]" = Field(default_factory=no_items, min_length=1)
     on_error: Literal["stop", "continue", "pause"] | None = None
     on_unknown: Literal["probe", "ask", "skip", "repeat"] | None = None
 
@@ -214,8 +214,8 @@ class Group(StepBase):
 
     KIND: ClassVar[str] = "steps"
     steps: "list[Step]" = Field(min_length=1)
-    watch: list[Watch] | None = Field(default=None, min_length=1)
-    reserve: list[Role] | None = Field(default=None, min_length=1)
+    watch: list[Watch] = Field(default_factory=no_items, min_length=1)
+    reserve: list[Role] = Field(default_factory=no_items, min_length=1)
     mode: Literal["background"] | None = None
 
 

@@ -69,7 +69,7 @@ def check(context: Context) -> Iterator[Problem]:
     """Every step with a fallback."""
     used = _used_fields(context)
     for at in context.survey.steps:
-        for index, alternative in enumerate(at.step.fallback or []):
+        for index, alternative in enumerate(at.step.fallback):
             place = (*at.place, "fallback", index)
             if isinstance(alternative, Ask):
                 yield from _choices(context, alternative, place)

@@ -135,7 +135,7 @@ class _Walk:
         inside = holds | {when} if when else holds
         self.before[place] = (given, inside)
         after = self.kind(step, place, given, inside)
-        for index, alternative in enumerate(step.fallback or []):
+        for index, alternative in enumerate(step.fallback):
             there = (*place, "fallback", index)
             if isinstance(alternative, list):
                 other = self.steps(alternative, there, given, inside)

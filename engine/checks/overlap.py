@@ -149,11 +149,11 @@ def check(context: Context) -> Iterator[Problem]:
     reserved = {
         context.roles[role].device
         for step, _ in context.steps(Group)
-        for role in step.reserve or []
+        for role in step.reserve
         if role in context.roles
     }
     for step, at in context.steps(Group):
-        if step.reserve is not None:
+        if step.reserve:
             yield from _reservation(context, step, at, reserved)
             yield from _kept_for_ever(context, step, at)
         if step.mode is not None:
@@ -167,7 +167,7 @@ def check(context: Context) -> Iterator[Problem]:
 def _reservation(
     context: Context, step: Group, at: StepAt, reserved: set[str]
 ) -> Iterator[Problem]:
-    own, roles = set(), step.reserve or []
+    own, roles = set(), step.reserve
     for index, role in enumerate(roles):
         place = (*at.place, "reserve", index)
         if role in roles[:index]:
@@ -184,9 +184,7 @@ def _reservation(
         return  # what it lacks may be what is misspelt
     for inner, place in within(step, at.place):
         if isinstance(inner, Confirm | Ask):
-            message = (
-                f"while a person is asked, nobody else can use {', '.join(step.reserve or [])}"
-            )
+            message = f"while a person is asked, nobody else can use {', '.join(step.reserve)}"
             yield context.source.problem(
                 (*place, inner.KIND), "W424", message, "ask before", severity="warning"
             )
@@ -195,7 +193,7 @@ def _reservation(
             if inner is step or (device not in reserved and key != "reserve"):
                 continue
             message = f"{device} is used here, and not reserved by the group around it"
-            hint = f"reserve: [{', '.join([*(step.reserve or []), device])}]"
+            hint = f"reserve: [{', '.join([*step.reserve, device])}]"
             yield context.source.problem((*place, key), "E412", message, hint)
 
 
@@ -205,7 +203,7 @@ def _kept_for_ever(context: Context, step: Group, at: StepAt) -> Iterator[Proble
         return
     for inner, place in within(step, at.place):
         if isinstance(inner, While) and inner.max is None:
-            names = ", ".join(step.reserve or [])
+            names = ", ".join(step.reserve)
             message = f"what runs beside this waits for {names} as long as this loop goes on"
             hint = "give the loop a `max`, or wait before the devices are reserved"
             yield context.source.problem(
@@ -235,7 +233,7 @@ def _used(context: Context, step: StepBase, place: Place) -> set[str]:
         role = context.roles.get(step.do.partition(".")[0])
         return {role.device} if role is not None and not role.contract.concurrent else set()
     if isinstance(step, Group):
-        return {context.roles[r].device for r in step.reserve or [] if r in context.roles}
+        return {context.roles[r].device for r in step.reserve if r in context.roles}
     used = context.survey.used.get(place) if isinstance(step, Use) else None
     roles = used.roles.values() if used is not None else ()
     return {role.device for role in roles if not role.contract.concurrent}

@@ -56,7 +56,7 @@ CODES = {
 def check(context: Context) -> Iterator[Problem]:
     """Every watch of every group."""
     for step, at in context.steps(Group):
-        for index, watch in enumerate(step.watch or []):
+        for index, watch in enumerate(step.watch):
             place = (*at.place, "watch", index)
             yield from _look(context, watch, place)
             yield from _beside(context, step, watch, at.place, place)

@@ -36,7 +36,7 @@ def lists(steps: Sequence[Any], place: Place) -> Iterator[tuple[Sequence[Any], P
             for key, held in inner_lists(inner):
                 if key not in ("parallel", "any"):
                     yield held, (*at, key)
-            for number, alternative in enumerate(inner.fallback or []):
+            for number, alternative in enumerate(inner.fallback):
                 if isinstance(alternative, list):
                     yield alternative, (*at, "fallback", number)
             for then, keys in thens(inner):

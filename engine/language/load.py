@@ -23,6 +23,7 @@ from .yaml_node import shown
 
 KINDS: dict[str, type[StepBase]] = {kind.KIND: kind for kind in STEP_KINDS}
 ANYWHERE = set(keys_of(StepBase))
+EVERY_KEY = {key for kind in STEP_KINDS for key in keys_of(kind)}
 SECTIONS = ("steps", "on_resume", "finally")
 SAID = re.compile(r"(?:(do)\s+)?([A-Za-z]\w*\.\w+)\s*(\(.*\))?", re.DOTALL)
 """A step that is only text: an action, perhaps with `do` before it or called like a function."""
@@ -162,7 +163,9 @@ def _no_mapping(data: Any, source: Source, place: Place) -> Problem:
             place, "E113", "an empty step", "remove it, or write `do: role.action`"
         )
     hint = "write `do: role.action`"
-    if isinstance(data, str) and (said := SAID.fullmatch(data.strip())):
+    if data == "pause":
+        hint = "a run is paused by a watch, `then: pause`, or by `on_error: pause`"
+    elif isinstance(data, str) and (said := SAID.fullmatch(data.strip())):
         keyword, action, call = said.groups()
         hint = f"write `do: {action}`" + (", and its parameters under `with`" if call else "")
         hint = f"a colon is missing: `{keyword}: {action}`" if keyword else hint
@@ -195,8 +198,8 @@ def _beside(
     """The kind, unless another key is a misspelt keyword, such as `for_each:`."""
     allowed = keys_of(kind)
     for key in data:
-        near = closest(key, KINDS) if key not in allowed else None
-        if near is not None and near != kind.KIND and closest(key, allowed) is None:
+        near = closest(key, KINDS) if key not in EVERY_KEY else None
+        if near not in (None, kind.KIND) and closest(key, allowed) is None:
             message = f"unknown keyword {key!r}; did you mean {near}?"
             return None, source.problem((*place, key), "E114", message, key=True)
     return kind, None
@@ -288,4 +291,4 @@ def _alternatives(
 
 def _broken(data: dict[str, Any]) -> Broken:
     name = data.get("id")
-    return Broken.model_construct(id=name if isinstance(name, str) else None, fallback=None)
+    return Broken.model_construct(id=name if isinstance(name, str) else None)

@@ -7,6 +7,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from ...schemas.problem import Problem
+from ...schemas.protocol import Group, StepBase
 from ...schemas.quantity import QUANTITY
 from .operators import words
 from .source import Source
@@ -57,6 +58,7 @@ WRITTEN = {
     "watch": 'such as watch: [{when: "${{ status.floor.wet }}", then: pause}]',
 }
 """How what is often written otherwise is written."""
+OF_GROUPS = Group.model_fields.keys() - StepBase.model_fields.keys() - {"steps"}
 Place = tuple[str | int, ...]
 
 
@@ -140,6 +142,10 @@ def _problem(
     name = _name(path)
     if "extra_forbidden" in kinds:
         allowed = _allowed(model, path[:-1])
+        if name in OF_GROUPS and issubclass(model, StepBase) and len(path) == 1:
+            message = f"unknown key {name!r}: it belongs to a group"
+            hint = f"put a group around this step: `steps: [...]` with `{name}`"
+            return source.problem((*place, *path), "E110", message, hint, key=True)
         message = f"unknown key {name!r}{did_you_mean(name, allowed)}"
         hint = f"allowed here: {', '.join(allowed)}" if allowed else ""
         hint += "; an action's own parameters go under `with`" if "with" in allowed else ""

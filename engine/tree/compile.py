@@ -341,7 +341,7 @@ class TreeCompiler:
         return any(isinstance(step, p.LoopBase) and step.collect for step in steps)
 
     def _group(self, step: p.Group, place: Place) -> Behaviour:
-        if step.reserve is None:
+        if not step.reserve:
             return self._watched(step, place, in_loop=place.in_loop and step.mode is None)
         inner = Scope()
         there = Place(inner, place.path, place.in_loop, place.question_id)

@@ -51,7 +51,7 @@ class Legs:
             case p.Parallel() | p.AnyOf():
                 members = [list(self._step(one, dict(names))) for one in getattr(step, step.KIND)]
                 yield _together([leg for one in members for leg in one], _longest(members))
-            case p.Group() if step.reserve is not None:
+            case p.Group() if step.reserve:
                 inner = list(self._sequence(step.steps, names))
                 kept = frozenset(self.survey.roles[role].device for role in step.reserve)
                 yield _together([*inner, (kept, 0.0)], sum(took for _, took in inner))

@@ -118,7 +118,7 @@ class Count:
         key = (*view.within, *place)
         self.found.times[key] = self.found.times.get(key, NEVER).plus(tried)
         self._kind(view, step, place, tried)
-        for index, alternative in enumerate(step.fallback or []):
+        for index, alternative in enumerate(step.fallback):
             at, later = (*place, "fallback", index), times.on_failure()
             if isinstance(alternative, list):
                 self.sequence(view, alternative, at, later)

@@ -110,7 +110,7 @@ class Explanation:
         else:
             self._say(depth, self._holder(view, step, place), said)
             self._inside(view, step, place, depth + 1)
-        for index, alternative in enumerate(step.fallback or []):
+        for index, alternative in enumerate(step.fallback):
             self._say(depth + 1, f"if it still fails ({index + 1}): {_alternative(alternative)}")
         for watch in p.watches(step):
             then = "pause" if watch.then == "pause" else _alternative(watch.then)

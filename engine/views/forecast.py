@@ -125,7 +125,7 @@ def inner_steps(step: p.StepBase) -> Iterator[tuple[Place, Any]]:
     for key, steps in p.inner_lists(step):
         for index, inner in enumerate(steps):
             yield (key, index), inner
-    for index, alternative in enumerate(step.fallback or []):
+    for index, alternative in enumerate(step.fallback):
         if isinstance(alternative, list):
             for deeper, inner in enumerate(alternative):
                 yield ("fallback", index, deeper), inner

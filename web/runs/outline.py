@@ -178,7 +178,7 @@ class Outline:
         self.nodes.append(told)
         self.steps[path] = made
         self._inside(view, step, place, path, made, depth + 1)
-        for number, one in enumerate(step.fallback or [], 1):
+        for number, one in enumerate(step.fallback, 1):
             at, base = (*place, "fallback", number - 1), f"{path}/f{number}"
             steps = one if isinstance(one, list) else [one]
             mark = "otherwise: " if number == 1 else "if that fails too: "

@@ -98,7 +98,7 @@ def _looking(watch: p.Watch) -> Iterator[str]:
 def _fallback(view: Outlook, step: p.StepBase, place: Place) -> str:
     """`If it still fails: ...; if that fails too: ...`"""
     said = []
-    for index, one in enumerate(step.fallback or []):
+    for index, one in enumerate(step.fallback):
         at = (*place, "fallback", index)
         if isinstance(one, list):
             words = one_sentence(view, one, at)
@@ -187,8 +187,8 @@ def _set(view: Outlook, step: p.Parallel | p.AnyOf, place: Place) -> Item:
 
 
 def _is_bare(step: Any) -> bool:
-    plain = (step.retry, step.fallback, step.when, step.on_error, step.on_unknown)
-    return isinstance(step, p.Do) and all(one is None for one in plain)
+    plain = (step.retry, step.when, step.on_error, step.on_unknown)
+    return isinstance(step, p.Do) and not step.fallback and all(one is None for one in plain)
 
 
 def _if(view: Outlook, step: p.If, place: Place) -> Item:
