@@ -25,6 +25,7 @@ from labrun.engine.journal.history import read_history
 from labrun.engine.journal.journal import Journal
 from labrun.engine.run.run import Run
 from labrun.engine.runner import runner
+from labrun.engine.runner.compare import Unwritten
 from labrun.schemas.journal import RECORD
 from labrun.schemas.quantity import quantity
 
@@ -64,6 +65,8 @@ def compare_with_the_journal():
 
     def compared(run, one):
         record(run, one)
+        if isinstance(run.journal, Unwritten):  # of a tree that only finds out where the run was
+            return
         written = run.journal.path.read_bytes()
         whole = written[: written.rfind(b"\n") + 1].splitlines()
         lines = [*whole, *(line.encode() for line in run.journal._lines)]
