@@ -21,6 +21,8 @@ from ..driver import ActionCanceled, GoalContext, Place
 from .twins.twin import SHARED, Twin
 
 Values = dict[str, Any]
+Key = tuple[str, str]
+"""Of a value that is remembered: where it is, and its kind; `t` may be a time here and an array there."""
 
 
 class SaidTwin(Twin):
@@ -37,7 +39,7 @@ class SaidTwin(Twin):
         shared = {key: place.config[key] for key in SHARED if key in place.config}
         super().__init__(replace(place, config=shared, contract=contract))
         self.actions = contract.actions
-        self.now: Values = {}
+        self.now: dict[Key, Any] = {}
         for name, action in self.actions.items():
             for field, schema in action.returns.get("properties", {}).items():
                 self.now.setdefault(self._key(name, field), plain(field, schema))
@@ -46,13 +48,14 @@ class SaidTwin(Twin):
         """An action may be called as something of the driver's own is: `open`, `status`."""
         return functools.partial(self._do, action)
 
-    def _key(self, action: str, field: str, given: Values | None = None) -> str:
+    def _key(self, action: str, field: str, given: Values | None = None) -> Key:
         """A value has the name of the property that is read or set, where there is one."""
         said = self._said.get(action)
         path = str(getattr(said, "get", None) or getattr(said, "set", None) or field)
         for name, one in (given or {}).items():
             path = path.replace(f"{{{name}}}", str(one))
-        return path
+        schemas = {**self.actions[action].param_schemas(), **self._fields(action)}
+        return path, _kind(schemas.get(field, {}))
 
     async def status(self) -> Values:
         fields = ((n, f) for n in self._status for f in self._fields(n))
@@ -73,7 +76,7 @@ class SaidTwin(Twin):
             inside = getattr(self._said.get(name), "in_path", ())
             told = {n: v for n, v in given.items() if n not in inside}
             self.now |= {self._key(name, field, given): value for field, value in told.items()}
-            self.now |= self._waited_for(name, {**self.now, **given})
+            self.now |= self._waited_for(name, given)
         unwanted = {path for path in action.path_params()[1] if values.get(path) is None}
         fields = [field for field in self._fields(name) if field not in unwanted]
         return {field: self._answer(name, action, field, goal, values) for field in fields}
@@ -86,7 +89,8 @@ class SaidTwin(Twin):
             if isinstance(self.now[key], int):
                 self.now[key] += 1
 
-    def _waited_for(self, name: str, known: Values) -> Values:
+    def _waited_for(self, name: str, given: Values) -> dict[Key, Any]:
+        known = {field: self.now[self._key(name, field)] for field in self._fields(name)} | given
         until: Values = getattr(self._said.get(name), "until", None) or {}
         wanted = {field: of_action(value, known) for field, value in until.items() if field != "do"}
         return {self._key(until["do"], field): value for field, value in wanted.items()}
@@ -102,6 +106,12 @@ class SaidTwin(Twin):
             return values[field]
         key = self._key(name, field, values)
         return self.now.get(key, self.now[self._key(name, field)])
+
+
+def _kind(schema: Values) -> str:
+    kinds = schema.get("type", "")
+    kinds = kinds if isinstance(kinds, list) else [kinds]
+    return next((one.replace("integer", "number") for one in kinds if one != "null"), "")
 
 
 @functools.cache

@@ -21,13 +21,13 @@ def test_what_is_set_is_read_back_and_a_count_goes_up(tmp_path):
         await twin.method("set_range")(GoalContext("run/1"), range=2.5)
         await twin.method("fire")(GoalContext("run/2"))
         await twin.method("ramp")(GoalContext("run/3"), range=5.0)
-        asked = ("read_range", "state", "shots", "last_once")
+        asked = ("read_range", "state", "trace", "shots", "last_once")
         found = [await twin.method(n)(GoalContext("r")) for n in asked]
         await twin.close()
         return found
 
     assert asyncio.run(story()) == [
-        {"range": 5.0}, {"at": 5.0}, {"shots": 1}, {"goal_id": "run/2"},
+        {"range": 5.0}, {"at": 5.0}, {"at": []}, {"shots": 1}, {"goal_id": "run/2"},
     ]  # fmt: skip
 
 
