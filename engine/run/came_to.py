@@ -22,10 +22,14 @@ def brief(params: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def value_text(value: Any) -> str:
-    """A value as in the journal, as people write it: `0.2 mm`."""
+    """A value as in the journal, as people write it: `0.2 mm`, `1 mm, 2 mm`."""
     if isinstance(value, dict) and QUANTITY_KEY in value:
         magnitude, unit = value[QUANTITY_KEY]
         return f"{number_text(magnitude)} {unit}".rstrip()
+    if isinstance(value, list):
+        return ", ".join(map(value_text, value))
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {value_text(one)}" for name, one in value.items())
     if isinstance(value, bool) or value is None:
         return {True: "yes", False: "no", None: ""}[value]
     return number_text(value) if isinstance(value, float) else str(value)

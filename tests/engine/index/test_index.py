@@ -57,7 +57,7 @@ def lab(tmp_path):
     folder = tmp_path / "runs"
     now = datetime.now(UTC).replace(microsecond=0)
     a_run(folder, "old_1", datetime(2026, 1, 2, 12, tzinfo=UTC), mass=5.0,
-          params={"pitch": {MM: [0.2, "mm"]}, "argon": True})  # fmt: skip
+          params={"pitch": {MM: [0.2, "mm"]}, "argon": True, "at": [{MM: [1, "mm"]}, 2]})  # fmt: skip
     a_run(folder, "lost_2", now - timedelta(days=1), fate="failed", failed=2,
           params={"pitch": {MM: [500, "um"]}, "argon": False}, text="a: 2\n")  # fmt: skip
     last = a_run(folder, "new_3", now, mass=6.0,
@@ -137,8 +137,8 @@ def test_in_python_the_same_runs_are_found_and_compared(lab):
     (last,) = labrun.runs(lab, find="person:Ada")
     last.label(tags=["keep"])
 
-    assert (made.params["pitch"], made.failures) == (
-        ["0.2 mm", "500 um"], {"libs.measure NoPlasma": [0, 2]},
+    assert (made.params["pitch"], made.params["at"], made.failures) == (
+        ["0.2 mm", "500 um"], ["1 mm, 2", ""], {"libs.measure NoPlasma": [0, 2]},
     )  # fmt: skip
     assert made.values["mass"] == [5.0, None] and made.took_s[0] == 4.0
     assert [one.id for one in labrun.runs(lab, find="tag:keep")] == ["new_3"]

@@ -9,6 +9,11 @@ export function duration(seconds: number): string {
   return `${Math.floor(s / 86_400)} d`
 }
 
+/** `1 point`, `1,071 points`. */
+export function counted(count: number, one: string): string {
+  return `${count.toLocaleString('en')} ${one}${count === 1 ? '' : 's'}`
+}
+
 /** `4:51`. */
 export function countdown(seconds: number): string {
   const s = Math.max(0, Math.ceil(seconds))

@@ -1,5 +1,6 @@
 // What a loop runs over, as a form: grid, line, plate, values, list or table; anything else is an expression.
 import { callOf, innerOf, itemsOf, millimetres, rounded, unquoted, type Argument } from '../text/calls'
+import { counted } from '../../ui/format'
 
 export type LoopKind = 'grid' | 'line' | 'plate' | 'values' | 'list' | 'table'
 
@@ -132,12 +133,12 @@ function stepsIn(from: string, to: string, step: string): { whole: number; rest:
 
 /** `6 × 6 = 36 points`, and where they end if not at the edge; empty if it is not known here. */
 export function countOf({ kind, slots, items }: Loop): string {
-  if (kind === 'list') return `${String(items?.length ?? 0)} items`
+  if (kind === 'list') return counted(items?.length ?? 0, 'item')
   if (kind === 'line') return /^\d+$/.test(slots['points'] ?? '') ? `${slots['points'] ?? ''} points` : ''
   if (kind === 'plate') return `${slots['wells'] ?? ''} wells, ${String(PLATES[slots['wells'] ?? '']?.[2] ?? '')} mm apart; A1 is at the back on the left`
   if (kind === 'values') {
     const steps = stepsIn(slots['from'] ?? '', slots['to'] ?? '', slots['step'] ?? '')
-    return steps ? `${String(steps.whole + 1)} values` : ''
+    return steps ? counted(steps.whole + 1, 'value') : ''
   }
   const across = stepsIn(slots['x0'] ?? '', slots['x1'] ?? '', slots['px'] ?? '')
   const along = stepsIn(slots['y0'] ?? '', slots['y1'] ?? '', slots['py'] ?? '')
@@ -148,7 +149,7 @@ export function countOf({ kind, slots, items }: Loop): string {
   }
   const points = (across.whole + 1) * (along.whole + 1)
   const inside = slots['outline'] ? ' before the outline' : ''
-  return `${String(across.whole + 1)} × ${String(along.whole + 1)} = ${points.toLocaleString('en')} points${inside}${ends('x', across)}${ends('y', along)}`
+  return `${String(across.whole + 1)} × ${String(along.whole + 1)} = ${counted(points, 'point')}${inside}${ends('x', across)}${ends('y', along)}`
 }
 
 /** The loop that a form begins with; coordinates go on from the one before. */

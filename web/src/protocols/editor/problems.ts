@@ -1,6 +1,7 @@
 // Problems as the editor shows them: each at its position in the text, kept there while the user types.
 import type { Problem } from '../../api/types'
 import type { Broken } from '../text/reading'
+import { counted } from '../../ui/format'
 import { fixOf, type Fix } from './fixes'
 
 export interface Found {
@@ -61,6 +62,6 @@ export function moved(all: readonly Found[], by: Mapping, lineOf: (at: number) =
 export function countOf(all: readonly Found[]): string {
   const errors = all.filter((one) => one.severity === 'error').length
   const warnings = all.length - errors
-  const words = [errors > 0 ? `${String(errors)} error${errors === 1 ? '' : 's'}` : '', warnings > 0 ? `${String(warnings)} warning${warnings === 1 ? '' : 's'}` : '']
+  const words = [errors > 0 ? counted(errors, 'error') : '', warnings > 0 ? counted(warnings, 'warning') : '']
   return words.filter(Boolean).join(', ') || 'no problems'
 }

@@ -1,6 +1,7 @@
 // Amounts and duration in brief, before anything moves.
 import type { Received } from '../../api/types'
 import { clockRange, duration } from '../time'
+import { counted } from '../../ui/format'
 
 type Preview = Received<'Preview'>
 
@@ -25,8 +26,8 @@ export function amountWords(preview: Preview): string {
   const points = Math.max(0, ...preview.tracks.map((track) => track.x_mm.length))
   const outside = preview.tracks.reduce((sum, track) => sum + track.outside.length, 0)
   return [
-    points ? `${points.toLocaleString('en')} points${preview.full ? ' and more' : ''}` : '',
-    preview.shots ? `${preview.shots.toLocaleString('en')} laser shots` : '',
+    points ? `${counted(points, 'point')}${preview.full ? ' and more' : ''}` : '',
+    preview.shots ? counted(preview.shots, 'laser shot') : '',
     outside ? `${outside.toLocaleString('en')} outside the work area` : '',
     preview.needs_you.length ? `needs you ${preview.needs_you.length}×` : 'runs unattended',
   ].filter(Boolean).join(' · ')

@@ -3,6 +3,7 @@ import type { NodeState, RunPicture } from '../picture'
 import type { PointTable } from '../points'
 import type { Status } from '../status'
 import { duration } from '../time'
+import { counted } from '../../ui/format'
 import type { Row } from './rows'
 import { stepStatus } from './stepStatus'
 import type { PointLines } from './usePointLines'
@@ -32,7 +33,7 @@ export function rowWords(
     const within = row.table.within ? `${row.table.within}: ` : ''
     const bad = (loop?.failed ?? 0) > 0 && !row.table.within
     const more = loop && !row.table.within ? counts([[loop.succeeded, '✓'], [loop.failed, '✕'], [loop.skipped, '⤼']]) : ''
-    return { status: null, title: `${within}${row.table.size.toLocaleString('en')} points`, more, bad, danger: '' }
+    return { status: null, title: `${within}${counted(row.table.size, 'point')}`, more, bad, danger: '' }
   }
   if (row.kind === 'point') {
     const { table, index } = row
