@@ -222,7 +222,7 @@ def test_a_server_that_was_started_anew_elsewhere_is_followed_there(bench, impat
             following = asyncio.create_task(client.follow(cut_off))
             await bench.until(f"press {cut_off.id}")
             epoch = client.epoch("arm")
-            wire.freeze(0.5)
+            wire.freeze(1000)
             never = bench.goal(client, "press")
             never_arrived = asyncio.create_task(client.follow(never))
             await asyncio.sleep(0.1)
@@ -231,6 +231,7 @@ def test_a_server_that_was_started_anew_elsewhere_is_followed_there(bench, impat
             second = await start_server(bench.settings(contract={"concurrent": True}), bench.folder)
             try:
                 wire.target = second.url
+                wire.stillness.end()
                 await until(lambda: client.epoch("arm") > epoch)
                 after = await client.follow(bench.goal(client, "press"))
                 return over, await following, await never_arrived, after, never
