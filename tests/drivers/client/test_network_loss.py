@@ -323,11 +323,12 @@ def test_a_device_changes_hands_after_the_lapse_and_not_before(bench):
             with pytest.raises(LeaseHeld, match="arm is held by run-1"):
                 await second.take_lease("arm", "run-2")
             through = await first.follow(bench.goal(first, "go", x=1))
-            wire.freeze(2.5)
+            wire.freeze(1000)
             sent_blind = bench.goal(first, "press")
             following = asyncio.create_task(first.follow(sent_blind))
             await take(second)
             theirs = await second.follow(bench.goal(second, "go", x=2))
+            wire.stillness.end()
             blind = await following
             late = await first.follow(bench.goal(first, "press"))
             still_theirs = await second.follow(bench.goal(second, "go", x=3))
@@ -352,12 +353,13 @@ def test_a_stop_works_over_another_connection_while_the_wire_is_frozen(bench):
             goal = bench.goal(client, "hold", seconds=30)
             following = asyncio.create_task(client.follow(goal))
             await bench.until(f"hold {goal.id}")
-            wire.freeze(0.8)
+            wire.freeze(1000)
             sent_blind = asyncio.create_task(client.follow(bench.goal(client, "press")))
             await asyncio.sleep(0.1)
             stop = await bystander.stop("arm")
             deeds = bench.deeds()
             told_early = following.done()
+            wire.stillness.end()
             late = await client.follow(bench.goal(client, "press"))
             return stop, deeds, told_early, await following, await sent_blind, late
 
