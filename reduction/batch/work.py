@@ -85,13 +85,15 @@ def reduce_bytes(name: str, raw: bytes, settings: Settings, began: float | None 
 def _reduced(name: str, raw: bytes, settings: Settings, began: float) -> Done:
     from ..lines.lines import use_lines
     from ..reduce import reduce_spectrum
-    from ..spectrum.read import read_shots
+    from ..spectrum.read import of_one_sample, read_shots
     from ..spectrum.response import read_response
     from ..spectrum.spectrum import Spectrum
     from ..tables.rows import packed, rows_of
 
     use_lines(settings.lines)
     shots = read_shots(raw, settings.unit, settings.columns)
+    if settings.columns is None:
+        shots = of_one_sample(shots)
 
     def seen(one: Spectrum) -> Spectrum:
         text = settings.response

@@ -69,6 +69,17 @@ def in_nm(values: FloatArray, unit: Unit = "nm") -> FloatArray:
     )
 
 
+def check_unsaid(values: FloatArray) -> None:
+    """Raise Unreadable for wavelengths without a unit that in nm would be beyond all usual detectors,
+    and in angstrom within."""
+    if values.min() >= USUAL_NM and values.max() <= LONGEST_NM and not counts_channels(values):
+        raise Unreadable(
+            f"no heading says the unit of the wavelengths, {values.min():g} to {values.max():g}: in nm no "
+            "line that is known here would be among them; say it with --unit angstrom (unit='angstrom'), "
+            "or --unit nm"
+        )
+
+
 def may_be_nm(values: FloatArray) -> bool:
     """Whether these ascend and lie where spectra are, in nm."""
     inside = values[0] >= SHORTEST_NM and values[-1] <= LONGEST_NM

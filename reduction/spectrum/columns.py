@@ -12,14 +12,17 @@ from .fault import Unreadable
 from .spectrum import FloatArray
 
 AXIS = re.compile(r"wave|lambda|λ|^w\.?l\b|^nm\b|\[nm\]|\(nm\)|^x\b|^w$|[åÅ]ngstr|^axis", re.I)
-COUNTER = re.compile(r"pixel|channel|^(index|idx|no|nr|row|px|ch|#)\b\.?|order", re.I)
+COUNTER = re.compile(
+    r"pixel|channel|^(index|idx|no|nr|row|px|ch|#)\b\.?|^(col(umn)?|frame|roi|region|strip)$|order",
+    re.I,
+)
 BESIDE = re.compile(
     r"dark|backg|\bbg\b|\bref|white|err|std|stdev|sigma|\bsd\b|unc|noise|±|%|transm|reflec|absor"
-    r"|irradi|time|^energy|^freq|^[dr]$|flag|mask|weight|\bfit\b|valid|dunkel|grund|fehler|rausch"
+    r"|irradi|time|^expos|start|ended|normal|smooth|filtered|base|^energy|^freq|^[dr]$|flag|mask|weight|\bfit\b|valid|dunkel|grund|fehler|rausch"
     r"|obscur|fondo|\bbruit|тёмн|темн|фон|шум|暗|背景|参考|参比|噪声|误差|ダーク", re.I
 )  # fmt: skip
 RESULT = re.compile(
-    r"^(sum|total)$|correct|process|subtract|\bnet\b|^p$|minus|mean|average|\bavg\b", re.I
+    r"^(sum|total|scope)$|correct|process|subtract|\bnet\b|^p$|minus|mean|average|\bavg\b", re.I
 )
 # Not the light of a plasma, in counts or in proportion to them.
 NO_LIGHT = re.compile(
@@ -31,6 +34,7 @@ FEW_CHANGES = 0.01  # of the rows, where labels change
 LEAST_LABELLED = 50  # rows
 MOST_SHARED = 0.5  # of the range, that ranges of one instrument may overlap
 HOW = "say which with --columns, as in --columns 1,2 (wavelengths, counts) or by their headings"
+SHOT = re.compile(r"shot|spectr|scan|burst|pulse|acqui|measure|frame|replicate|\d$", re.I)
 SHOWN = 8
 
 
@@ -69,9 +73,15 @@ def choose(headings: Sequence[str], table: FloatArray, asked: Sequence[str] | No
         )
     if len(shots) > 1 and not all(names[at] for at in shots):
         _check_alike(table, shots)
+        notes.append(
+            f"{len(shots)} columns without headings are read as shots (if they are none, {HOW})"
+        )
     aside = [_called(names, at) for at in range(len(table)) if at != axis and at not in shots]
     if len(shots) > 1 and any(names[at] for at in shots):
-        notes.append(f"read as shots: {_listed([_called(names, at) for at in shots])}")
+        unsure = (
+            "" if all(SHOT.search(names[at]) for at in shots) else f" (if they are none, {HOW})"
+        )
+        notes.append(f"read as shots: {_listed([_called(names, at) for at in shots])}{unsure}")
     if aside:
         notes.append(f"not used: {_listed(aside)}")
     return Chosen(axis, tuple(shots), _unit(names[axis]), tuple(notes))

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from .axis import NM_PER, Unit, in_nm
+from .axis import NM_PER, Unit, check_unsaid, in_nm
 from .fault import Unreadable
 from .formats import avantes, hdf5, jcamp, npy, sif, spc
 from .formats.library import lacking
+from .interleaved import taken_apart
 from .readout import Readout
 from .shots import Shots
 from .source import beginning_of, bytes_of, unpacked
@@ -26,6 +27,7 @@ BEGINNING = 1024  # bytes, which tell what format a file has
 LEAST_DISTINCT = 0.6  # of the wavelengths; fewer are not the axis of one spectrum
 LEAST_ALIKE = 0.5  # median correlation of the roots of counts: shots of one sample have .9 and more
 MOST_COMPARED, LEAST_CHANNELS, WITH_LINES = 50, 200, 5.0
+DARK = 0.1  # of the usual spread of counts
 SOME_BACK = 0.02  # of the steps; more are not the edges of detectors or orders
 
 
@@ -42,9 +44,7 @@ def read_spectrum(
     opened.
     """
     shots = read_shots(source, unit, columns)
-    if columns is None:
-        _check_of_one_sample(shots)
-    return shots.mean()
+    return (of_one_sample(shots) if columns is None else shots).mean()
 
 
 def read_shots(
@@ -61,6 +61,8 @@ def read_shots(
         raise Unreadable("the spectrum has no numeric intensity")
     notes = list(told.notes)
     in_unit = unit or told.unit or "nm"
+    if unit is None and told.unit is None:
+        check_unsaid(axis)
     if unit is None and in_unit != "nm":
         what = "wavelengths" if in_unit in NM_PER else "the axis is"
         notes.append(f"{what} in {in_unit}, as the file says")
@@ -97,19 +99,37 @@ def _readout(raw: bytes, columns: tuple[str, ...] | None) -> Readout:
 def _ascending(nm: FloatArray, counts: FloatArray, notes: list[str]) -> Shots:
     """In the order of wavelengths, equal ones averaged; stacked spectra become shots."""
     steps = np.diff(nm)
-    if np.all(steps > 0):
-        return Shots(nm, counts)
     if np.all(steps < 0):
-        return Shots(nm[::-1].copy(), np.ascontiguousarray(counts[:, ::-1]))
-    stacked = _stacked(nm, counts)
-    if stacked is not None:
-        notes.append(f"{len(stacked)} spectra stand one below the other")
-        return stacked
-    unique, row = np.unique(nm, return_inverse=True)
-    if len(unique) < LEAST_DISTINCT * len(nm):
+        nm, counts, steps = nm[::-1].copy(), np.ascontiguousarray(counts[:, ::-1]), -steps[::-1]
+    if not np.all(steps > 0):
+        stacked = _stacked(nm, counts)
+        if stacked is not None:
+            notes.append(f"{len(stacked)} spectra stand one below the other")
+            return stacked
+        nm, counts = _sorted(nm, counts, notes)
+    kept, overlaps, more = taken_apart(nm)
+    if overlaps:
+        where = ", ".join(f"{a:.1f} to {b:.1f}" for a, b in overlaps)
+        notes.append(
+            f"channels of two detectors had been sorted into one another ({where} nm); each was used up "
+            "to the middle"
+        )
+        nm, counts = nm[kept], counts[:, kept]
+    if more:
+        notes.append(
+            "many channels stand closer together than those beside them, as where overlapping detectors "
+            "or orders were sorted into one another: export these one after the other"
+        )
+    return _once(nm, counts, notes)
+
+
+def _sorted(nm: FloatArray, counts: FloatArray, notes: list[str]) -> tuple[FloatArray, FloatArray]:
+    """Wavelengths that do not go back, with their counts."""
+    n_unique, steps = len(np.unique(nm)), np.diff(nm)
+    if n_unique < LEAST_DISTINCT * len(nm):
         raise Unreadable(
-            f"{len(nm):,} rows have only {len(unique):,} different wavelengths, such as "
-            f"{unique[0]:g}, so that their order is unknown; are decimals missing, or is this "
+            f"{len(nm):,} rows have only {n_unique:,} different wavelengths, such as "
+            f"{nm.min():g}, so that their order is unknown; are decimals missing, or is this "
             "another column? Export them with more decimals, or say the columns with --columns"
         )
     if len(nm) > 3 and (np.all(steps[1:] > 0) or np.all(steps[1:] < 0)):
@@ -129,9 +149,16 @@ def _ascending(nm: FloatArray, counts: FloatArray, notes: list[str]) -> Shots:
             if len(kept) < len(nm):
                 notes.append("where two ranges overlap, each was used up to the middle")
             nm, counts = nm[kept], counts[:, kept]
+    order = np.argsort(nm, kind="stable")
+    return nm[order], counts[:, order]
+
+
+def _once(nm: FloatArray, counts: FloatArray, notes: list[str]) -> Shots:
+    """Equal wavelengths averaged. nm: ascending."""
+    if np.all(np.diff(nm) > 0):
+        return Shots(nm, counts)
     unique, row = np.unique(nm, return_inverse=True)
-    if len(unique) < len(nm):
-        notes.append(f"{len(nm) - len(unique)} wavelengths occur again; their counts were averaged")
+    notes.append(f"{len(nm) - len(unique)} wavelengths occur again; their counts were averaged")
     good = np.isfinite(counts)
     mean = np.full((len(counts), len(unique)), np.nan)
     for shot, ok, out in zip(counts, good, mean, strict=True):
@@ -161,27 +188,33 @@ def _ranges_kept(nm: FloatArray, steps: FloatArray) -> IntArray | None:
     return np.concatenate(kept)
 
 
-def _check_of_one_sample(shots: Shots) -> None:
-    """Raise Unreadable for spectra that have little in common: their mean would be of nothing."""
-    if len(shots) == 1:
-        return
-    light = np.nan_to_num(shots.intensity[:MOST_COMPARED])
-    noise = (
-        np.median(np.abs(np.diff(light, axis=1)), axis=1)
-        if light.shape[1] > LEAST_CHANNELS
-        else 0.0
-    )
-    light = light[light.std(axis=1) > WITH_LINES * noise]
-    if len(light) < 2 or light.shape[1] <= LEAST_CHANNELS:
-        return
-    light = np.sqrt(light - light.min(axis=1, keepdims=True))
-    alike = np.corrcoef(light)[np.triu_indices(len(light), 1)]
-    if np.median(alike) < LEAST_ALIKE:
-        raise Unreadable(
-            f"the {len(shots)} spectra in it are too unlike one another to be shots of one sample "
-            f"(correlation {np.median(alike):.2f}), so their mean is not taken; choose with --columns, "
-            "or write a file for each"
-        )
+def of_one_sample(shots: Shots) -> Shots:
+    """Shots whose mean is of something: without those that show no lines where others do.
+
+    Raises Unreadable for spectra that have little in common.
+    """
+    if len(shots) == 1 or len(shots.wavelength_nm) <= LEAST_CHANNELS:
+        return shots
+    light = np.nan_to_num(shots.intensity)
+    spread = light.std(axis=1)
+    lines = spread > WITH_LINES * np.median(np.abs(np.diff(light, axis=1)), axis=1)
+    light = light[lines][:MOST_COMPARED]
+    if not len(light):
+        return shots
+    if len(light) > 1:
+        light = np.sqrt(light - light.min(axis=1, keepdims=True))
+        alike = np.median(np.corrcoef(light)[np.triu_indices(len(light), 1)])
+        if alike < LEAST_ALIKE:
+            raise Unreadable(
+                f"the {len(shots)} spectra in it are too unlike one another to be shots of one sample "
+                f"(correlation {alike:.2f}), so their mean is not taken; choose with --columns, "
+                "or write a file for each"
+            )
+    dark = ~lines & (spread < DARK * np.median(spread[lines]))
+    if not dark.any():
+        return shots
+    note = f"{int(dark.sum())} of {len(shots)} columns or shots show no lines, as a dark spectrum; left out"
+    return Shots(shots.wavelength_nm, shots.intensity[~dark], (*shots.notes, note))
 
 
 def _stacked(nm: FloatArray, counts: FloatArray) -> Shots | None:

@@ -30,7 +30,8 @@ KINDS = (
     (b"Rar!", "a rar archive; unpack it"),
     (b"SQLite format", "a database"),
     (b"PAR1", "a Parquet table"),
-    (b"MATLAB 5.0", "a MATLAB file; save its variables as CSV or HDF5"),
+    (b"MATLAB ", "a MATLAB file; save its variables as CSV or HDF5"),
+    (b"SIMPLE  =", "a FITS file; save its table as CSV"),
 )
 BEGINNING = 4096
 TYPESET = (("\N{MINUS SIGN}".encode(), b"-"), ("\N{NO-BREAK SPACE}".encode(), b" "))

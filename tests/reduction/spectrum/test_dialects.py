@@ -107,6 +107,8 @@ DIALECTS = {
     "labspec": "#AxisType[1]=\tSpectr\n#AxisUnit[1]=\tnm\n" + rows("{}\t{}\n"),
     "empty columns": "Wave;Int;;;\n" + rows("{};{};;;\n"),
     "in rows": ",".join(map(str, X)) + "\n" + ",".join(map(str, Y)) + "\n",
+    "raw and smoothed": "nm,Raw,Smoothed,Normalized\n" + rows("{0},{1},7.5,.5\n"),
+    "scope of all": "Wave;Sample;Dark;Reference;Scope\n" + rows("{0};9.5;3.5;7.5;{1}\n"),
     "thousands": "nm;counts\n" + rows("{};{:,.3f}\n", X, 1000 * Y),
 }  # fmt: skip
 SCALED = dict.fromkeys(
@@ -247,6 +249,41 @@ def test_where_detectors_overlap_each_is_used_up_to_the_middle():
         "the wavelengths go back at 1 places: 2 ranges",
         "where two ranges overlap, each was used up to the middle",
     )
+
+
+@pytest.mark.parametrize("decimals", [2, 3, 8])
+@pytest.mark.parametrize("descending", [False, True])
+def test_detectors_that_were_sorted_into_one_another_are_taken_apart(decimals, descending):
+    x = np.concatenate([np.arange(200, 232, 0.0612), np.arange(228.02, 260, 0.0533)])
+    x = x + 2e-5 * (x - 230) ** 2
+    who = np.where(np.arange(len(x)) < 523, 3.0, 50.0)
+    order = np.argsort(x, kind="stable")[:: -1 if descending else 1]
+    text = rows(f"{{:.{decimals}f}},{{:.2f}}\n", x[order], who[order] + order % 2)
+    found = read_spectrum(text.encode())
+
+    middle = 0.5 * (x[523] + x[522])
+    low = found.wavelength_nm < middle - 0.02
+    assert np.all(found.intensity[low] < 10)
+    assert np.all(found.intensity[found.wavelength_nm > middle + 0.02] > 10)
+    assert len(x) - 60 > len(found) > len(x) - 150  # 4 nm of both, less what may be either's
+    assert "two detectors had been sorted into one another (228.0 to 23" in found.notes[0]
+
+
+def test_channels_that_stand_in_one_another_otherwise_are_told():
+    orders = [np.linspace(a, a + 10, 300) + 1e-3 * k for k, a in enumerate(range(200, 240, 3))]
+    x = np.sort(np.concatenate(orders))
+    found = read_spectrum(rows("{:.5f},{:.2f}\n", x, 100.0 + np.arange(len(x)) % 7).encode())
+
+    assert "many channels stand closer together" in found.notes[0]
+
+
+def test_a_gap_or_a_change_of_pitch_is_no_overlap():
+    x = np.cumsum(np.repeat([0.13, 0.065, 0.03, 0.09], 200) * np.linspace(1.1, 0.9, 800)) + 200
+    x[400:] += 20
+    found = read_spectrum(rows("{:.3f},{:.2f}\n", x, 100.0 + np.arange(800) % 7).encode())
+
+    assert len(found) == 800
+    assert found.notes == ()
 
 
 def side_by_side(*groups, head=""):
@@ -413,6 +450,33 @@ def test_different_samples_in_one_file_are_not_averaged():
     )
 
 
+def test_a_column_without_lines_is_taken_for_a_dark_and_told():
+    x, rng = np.linspace(200, 900, 600), np.random.default_rng(8)
+    light, dark = rng.normal(300, 3, (2, 600))
+    light[rng.choice(600, 25)] += 5000
+    columns = zip(x, light, dark, strict=True)
+    text = "nm,A,B\n" + "".join(f"{a:.4f},{b:.3f},{c:.3f}\n" for a, b, c in columns)
+    found = read_spectrum(text.encode())
+
+    assert found.intensity == pytest.approx(light, abs=1e-3)
+    assert (
+        "column 2 (A), column 3 (B) (if they are none, say which with --columns" in found.notes[0]
+    )
+    assert found.notes[1] == "1 of 2 columns or shots show no lines, as a dark spectrum; left out"
+
+
+@pytest.mark.parametrize("before", ["ROI,Frame,Row,Column", "Exposure Started,Frame,Row,Column"])
+def test_frames_in_long_tables_are_shots(before):
+    text = before + ",Wavelength,Intensity\n" + "".join(
+        f"1,{k + 1},1,{i + 1},{a},{b + k}\n"
+        for k in range(3) for i, (a, b) in enumerate(zip(X, Y, strict=True))
+    )  # fmt: skip
+    found = read_shots(text.encode())
+
+    assert found.wavelength_nm.tolist() == X.tolist()
+    assert found.intensity == pytest.approx(np.stack([Y, Y + 1, Y + 2]))
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
@@ -423,6 +487,12 @@ def test_different_samples_in_one_file_are_not_averaged():
         ("pixel,raw\n" + "".join(f"{i + 150},{y}\n" for i, y in enumerate(Y)), "headed 'pixel'"),
         ("".join(f"{i},{y}\n" for i, y in enumerate(Y)), "channel numbers"),
         ("".join(f"{i + 1},{y},{600 - y},\n" for i, y in enumerate(Y)), "channel numbers"),
+        (
+            rows("{},{}\n", np.linspace(1900, 2900, N)),
+            "no heading says the unit .* --unit angstrom",
+        ),
+        ("SIMPLE  =    T" + "\0" * 5000, "a FITS file; save its table as CSV"),
+        ("MATLAB 7.3 MAT-file" + "\0" * 5000, "a MATLAB file"),
         ("Raman shift (cm-1),counts\n" + rows("{},{}\n"), "not a wavelength"),
         ("Frequency (GHz),counts\n" + rows("{},{}\n", 3e8 / X), "not a wavelength"),
         ("Wave;Absorbance\n[nm];[AU]\n" + rows("{};{}\n"), "has no counts of light that a plasma"),
