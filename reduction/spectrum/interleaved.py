@@ -9,26 +9,26 @@ import numpy as np
 from .spectrum import FloatArray, IntArray
 
 BEFORE = 16  # channels that tell a detector's pitch, and that end an overlap
-SHORT, MUCH_SHORTER = (
-    0.8,
-    0.6,
-)  # of the pitch: a step of that length has a channel of another detector
-NEAR, ALIKE = (
-    0.04,
-    0.2,
-)  # of the pitch: from where a detector's next channel should be; between its steps
+# Of the pitch: a step of that length has a channel of another detector; from where a detector's next
+# channel should be; between its steps.
+SHORT, MUCH_SHORTER, NEAR, ALIKE = 0.8, 0.6, 0.04, 0.2
 LEAST, EVEN, UNEVEN = 4, 0.85, 0.3  # channels of each in an overlap; parts of its steps
 MOST_TRIED = 6  # places in a row that are no overlap
 AHEAD = 12  # channels of the other between two of one detector
+UNLIKE = 1.25  # ratio of light, from which two detectors' channels are not used together
+MOST_CLOSE = 0.5  # of an overlap's channels that may be either's
 SAME = 1.5  # roundings between channels that may be either's
 FINE = 2.5  # roundings in a step, from which steps tell anything
 MANY = 0.02  # of the channels; more are no accident
 
 
-def taken_apart(nm: FloatArray) -> tuple[IntArray, list[tuple[float, float]], bool]:
+def taken_apart(
+    nm: FloatArray, counts: FloatArray
+) -> tuple[IntArray, list[tuple[float, float]], bool]:
     """Channels to keep, ascending; the overlaps in nm; and whether others are left in one another.
 
-    nm: ascending, shape (n,). Each detector is used up to the middle of an overlap.
+    nm: ascending, shape (n,). counts: of each, (n,). Each detector is used up to the middle of an
+    overlap; where both show as much light, all are kept.
     """
     every = np.arange(len(nm))
     short = _short(nm, SHORT)
@@ -38,6 +38,7 @@ def taken_apart(nm: FloatArray) -> tuple[IntArray, list[tuple[float, float]], bo
     if rounding * FINE > np.median(np.diff(nm)):
         return every, [], False
     kept, overlaps, done, tried = np.ones(len(nm), bool), [], 0, 0
+    alike = np.zeros(len(nm), bool)
     for at in short.tolist():
         if at < done or tried == MOST_TRIED:
             continue
@@ -45,22 +46,32 @@ def taken_apart(nm: FloatArray) -> tuple[IntArray, list[tuple[float, float]], bo
         first, second = _tracks(nm, max(at - 2, BEFORE, done), rounding)
         if len(second):
             begin, end = float(nm[second[0]]), float(nm[first[-1]])
-            middle = 0.5 * (begin + end)
-            kept[first[nm[first] > middle]] = False
-            kept[second[nm[second] <= middle]] = False
             together = np.arange(second[0] - 1, done_at := int(first[-1]) + 1)
             same = max(SAME * rounding, NEAR * float(np.median(np.diff(nm[first]))))
             close = np.flatnonzero(np.diff(nm[together]) < same)
+            done, tried = done_at, 0
+            if len(close) > MOST_CLOSE * len(second) or _as_bright(nm, counts, first, second):
+                alike[second] = True
+                continue
+            middle = 0.5 * (begin + end)
+            kept[first[nm[first] > middle]] = False
+            kept[second[nm[second] <= middle]] = False
             kept[together[close]] = kept[together[close] + 1] = False  # whose is whose is not told
             overlaps.append((begin, end))
-            done, tried = done_at, 0
         else:
             done = at + BEFORE
-    left = every[kept]
-    close = _short(nm[left], MUCH_SHORTER)
-    beyond = _short(-nm[left][::-1], MUCH_SHORTER)  # a gap is on one side only
-    again = np.intersect1d(close, len(left) - 2 - beyond)
-    return left, overlaps, len(again) > MANY * len(nm)
+    plain = nm[kept & ~alike]
+    close = _short(plain, MUCH_SHORTER)
+    beyond = _short(-plain[::-1], MUCH_SHORTER)  # a gap is on one side only
+    again = np.intersect1d(close, len(plain) - 2 - beyond)
+    return every[kept], overlaps, len(again) > MANY * len(nm)
+
+
+def _as_bright(nm: FloatArray, counts: FloatArray, first: IntArray, second: IntArray) -> bool:
+    """Whether two detectors show as much light where both see it, so that their gains are one."""
+    one = float(np.sum(np.interp(nm[second], nm[first], counts[first])))
+    other = float(np.sum(counts[second]))
+    return one > 0 < other and max(one / other, other / one) < UNLIKE
 
 
 def _short(nm: FloatArray, part: float) -> IntArray:

@@ -107,7 +107,7 @@ def _ascending(nm: FloatArray, counts: FloatArray, notes: list[str]) -> Shots:
             notes.append(f"{len(stacked)} spectra stand one below the other")
             return stacked
         nm, counts = _sorted(nm, counts, notes)
-    kept, overlaps, more = taken_apart(nm)
+    kept, overlaps, more = taken_apart(nm, np.nan_to_num(counts).mean(axis=0))
     if overlaps:
         where = ", ".join(f"{a:.1f} to {b:.1f}" for a, b in overlaps)
         notes.append(

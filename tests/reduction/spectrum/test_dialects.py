@@ -277,6 +277,18 @@ def test_channels_that_stand_in_one_another_otherwise_are_told():
     assert "many channels stand closer together" in found.notes[0]
 
 
+def test_detectors_of_one_gain_and_equal_grids_are_kept_whole():
+    x = np.sort(np.concatenate([np.arange(200, 232, 0.0612), np.arange(228.02, 260, 0.0533)]))
+    found = read_spectrum(rows("{:.3f},{:.2f}\n", x, 100.0 + np.arange(len(x)) % 7).encode())
+    grid = np.linspace(200, 260, 900)
+    again = np.sort(np.concatenate([grid, grid[400:500]]))
+    twice = read_spectrum(rows("{:.4f},{:.2f}\n", again, 9.0 + np.arange(1000) % 7).encode())
+
+    assert len(found) == len(np.unique(np.round(x, 3)))
+    assert len(twice) == 900
+    assert twice.notes == ("100 wavelengths occur again; their counts were averaged",)
+
+
 def test_a_gap_or_a_change_of_pitch_is_no_overlap():
     x = np.cumsum(np.repeat([0.13, 0.065, 0.03, 0.09], 200) * np.linspace(1.1, 0.9, 800)) + 200
     x[400:] += 20
