@@ -53,7 +53,8 @@ def test_separators_comments_and_further_columns_are_understood(text):
 def test_numbers_are_those_that_python_reads(rows):
     rows = sorted(rows)
     assume(len({y for _, y in rows}) > 1 or len(rows) == 1)  # a level one is refused
-    spectrum = read_spectrum("\n".join(f"{x!r},{y!r}" for x, y in rows).encode())
+    text = "\n".join(f"{x!r},{y!r}" for x, y in rows)
+    spectrum = read_spectrum(text.encode(), unit="nm")
 
     assert spectrum.wavelength_nm.tolist() == [x for x, _ in rows]
     assert spectrum.intensity.tolist() == [y for _, y in rows]
