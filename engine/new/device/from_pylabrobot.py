@@ -23,6 +23,8 @@ BY_NAME = {
 """What PyLabRobot measures in, where a docstring does not say it: the last word of a name -> unit."""
 NAMED_RESOURCES = r"Resource|Plate|Well|Container|Tip(Spot|Rack)|Trash|Lid"
 STOPS = ("stop_shaking", "halt", "deactivate", "deactivate_block", "deactivate_lid", "turn_off")
+LONG = {"timeout": "5 min", "duration": "5 s"}
+"""Of what a machine does; what it is asked or told takes a moment."""
 DECK = "deck.json"
 
 
@@ -41,7 +43,7 @@ def describe(source: str) -> Described:
     actions = dict(_actions(found, base))
     if not actions:
         raise CannotMake(f"{name} has no methods that could be actions")
-    config: dict[str, Any] = {"instrument": name, "timeout": "5 min"}
+    config: dict[str, Any] = {"instrument": name, "timeout": "10 s"}
     notes = {}
     if "backend" in inspect.signature(found).parameters:
         config["backend"], *others = _backends(found, name)
@@ -75,7 +77,8 @@ def _actions(found: type, base: set[str]) -> Iterator[tuple[str, dict[str, Any]]
         params = parameters(plain, _of(words))
         if params is None:
             continue
-        said = {"call": name, "effect": _effect(name)}
+        effect = _effect(name)
+        said = {"call": name, "effect": effect, **(LONG if effect == "once" else {})}
         returns = _returns(name, plain, words)
         yield name, {**said, **({"params": params} if params else {}), **returns}
 
