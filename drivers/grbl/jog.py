@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterable
 
 from ..motion.bench import LETTERS
 from ..motion.faults import Ended, MotionFault, Silent, WrongPlace
+from .controller import ANSWER_S
+from .faults import GrblRefused
 from .motion import Move
 from .report import Report
 from .stopping import stop
@@ -17,6 +19,12 @@ from .stopping import stop
 AHEAD_S = 0.25
 PIECE_S = 0.1
 LOOK_S = 0.03
+STOOD = 2
+"""So many reports that it stands although it was asked to go on: one may come before it begins."""
+WAITS_S = 0.3
+"""A line without an answer by then waits, if a `?` that is sent after it is answered first."""
+NOT_IDLE = 8
+"""The error of a jog that comes while it brakes, or a door is open."""
 
 
 def words_of(by: dict[int, float]) -> str:
@@ -63,7 +71,8 @@ async def jog_while(
 ) -> None:
     """Jog while it is held, and stop; `far` (mm, signed) is how far the axes may go, each as far.
 
-    Raises Ended or a MotionFault.
+    Raises Ended or a MotionFault. A feed hold of another, and a door, end it: it is fed no more where
+    it brakes, or stands although there is way left.
     """
     controller = move.controller
     start = _positions(await controller.look(), far)
@@ -71,22 +80,46 @@ async def jog_while(
     speed = feed / 60
     slowest = min(controller.settings.acceleration[axis] for axis in far)
     ahead = speed * AHEAD_S + speed**2 / (2 * slowest)
-    asked, gone = 0.0, 0.0
+    asked, gone, stood = 0.0, 0.0, 0
     while held():
         piece = min(max(speed * PIECE_S, 0.01), length - asked)
         line = jog_line({axis: part * piece for axis, part in parts.items()}, feed)
-        if piece > 1e-6 and asked - gone < ahead and controller.room_for(line):
-            await controller.ask(line)
+        if not stood and piece > 1e-6 and asked - gone < ahead and controller.room_for(line):
+            if not await _taken(move, line, first=not asked):
+                break
             asked += piece
             continue
         report = await _watched(move)
         move.told(report)
         gone = math.dist(_positions(report, far), start)
+        has_way_left = asked - gone > 4 * controller.settings.tolerance
+        stood = stood + 1 if report.state == "Idle" and has_way_left else 0
+        if report.state in ("Hold", "Door") or stood == STOOD:
+            break
         if length - asked <= 1e-6 and report.state != "Jog":
             break
         await asyncio.sleep(LOOK_S)
     await stop(controller, moving=False)
     await move.wait_until_still()
+
+
+async def _taken(move: Move, line: str, *, first: bool) -> bool:
+    """Whether it went on with a piece: while it brakes for a feed hold it answers `?`, but no line."""
+    answer = move.controller.say(line)
+    await asyncio.wait({answer}, timeout=WAITS_S)
+    if not answer.done():
+        await _watched(move)
+        if not answer.done():
+            await asyncio.wait({answer}, timeout=ANSWER_S)  # it begins once the axes stand
+            move.controller.forget(answer)
+            return False
+    try:
+        await answer
+    except GrblRefused as fault:
+        if first or fault.code != NOT_IDLE:
+            raise
+        return False
+    return True
 
 
 async def _watched(move: Move) -> Report:

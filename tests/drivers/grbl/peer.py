@@ -354,6 +354,8 @@ class Peer:
                 self.block = None
             if self.state in ("Hold:0", "Hold:1", "Door:0", "Sleep") or len(self.queue) >= PLANNER:
                 return
+            if self.state == "Jog" and self._braking is not None:
+                return  # what comes while it brakes waits, and is done afterwards
             while self.rx and not self.line.endswith(b"\n"):
                 self.line += bytes([self.rx.popleft()])
             if not self.line.endswith(b"\n"):

@@ -7,6 +7,7 @@ import time
 import pytest
 
 from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
+from labrun.drivers.grbl.controller import HOLD
 
 
 def test_a_jog_by_a_distance(peer, gantry, played):
@@ -108,6 +109,21 @@ def test_a_jog_goes_on_as_long_as_its_goal_is_sent_again(peers, gantry, played):
 
     assert held > 10
     assert held <= place["x"] < held + 25
+
+
+def test_a_held_jog_that_a_feed_hold_has_ended_ends_where_it_stands(peers, gantry, played):
+    async def story(driver):
+        goal = GoalContext("a", wanted_at=math.inf)
+        jog = asyncio.create_task(driver.jog(goal, axis="x", direction="+", feed=1200))
+        while (await driver.status())["x"] <= 2 and not jog.done():  # noqa: ASYNC110 - a clock moves it
+            await asyncio.sleep(0.05)
+        driver.controller.write(HOLD)
+        return await jog, await driver.status()
+
+    place, status = played(gantry(peers(speed=1)), story, homed=True)
+
+    assert place["x"] > 2
+    assert (status["homed"], status["state"], status["x"]) == (True, "idle", place["x"])
 
 
 def test_a_held_jog_stops_at_the_edge_of_the_work_area(peers, gantry, played):
