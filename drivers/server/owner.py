@@ -6,8 +6,7 @@ called at once, whatever it is doing. Once no goal's code acts any more, the dev
 only this `safe()` counts and answers stops, since a goal's last act may undo an earlier one. Then
 it is OPEN again, or ENDED. docs/reference/device-server.md draws this.
 
-Others ask (`stop`, `lapse`, `end`, `turn`); one task goes through the states. Where it has nothing to
-do a goal begins at once, and else when the task lets it.
+Others ask (`stop`, `lapse`, `end`, `turn`); one task goes through the states and lets goals begin.
 """
 
 import asyncio
@@ -122,9 +121,6 @@ class Owner:
         if not self._may_begin(execution):
             return False
         execution.turn = asyncio.get_running_loop().create_future()
-        if self.at_rest:  # what the task would say, two turns of the loop later
-            execution.let_begin(True)
-            return True
         self._news.set()
         # Something may have come between the owner's word and its hearing it.
         return await execution.turn and self._may_begin(execution)
@@ -136,8 +132,7 @@ class Owner:
     def returned(self, execution: Execution) -> None:
         """The goal's code has returned, or has not begun: nothing of it acts on the device."""
         execution.turn = None
-        if not self.at_rest:
-            self._news.set()
+        self._news.set()
 
     async def _own(self) -> None:
         while True:
