@@ -36,7 +36,7 @@ def journal(made, id):
     return (made.library / "runs" / id / "journal.jsonl").read_text()
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_run_goes_on_when_the_server_is_killed_and_is_found_again_with_its_question(
     made, wait_for
 ):
@@ -100,7 +100,7 @@ def test_an_orderly_end_without_a_run_ends_the_device_servers(made, wait_for):
     assert made.process.returncode == 0
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_killed_engine_leaves_an_interrupted_run_that_goes_on_in_a_new_one(
     unhurried, hand, wait_for
 ):

@@ -18,6 +18,7 @@ def measured(shared):
     client.post("/control/release", headers=client._leased())
 
 
+@pytest.mark.soak
 def test_a_run_is_reduced_to_maps_of_its_points_that_can_be_downloaded(measured, wait_for, socket):
     house, client, run = measured
     page = socket(house, client)

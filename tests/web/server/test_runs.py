@@ -77,6 +77,7 @@ def test_the_log_comes_in_windows(page, finished):
     assert len(libs["lines"]) == 6 and all(line["device"] == "libs" for line in libs["lines"])
 
 
+@pytest.mark.soak
 def test_a_question_is_answered_from_the_page(shared, page, wait_for):
     page.reach("gantry")
     id = page.run_of("talk.yaml", checklist=[])
