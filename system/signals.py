@@ -29,15 +29,14 @@ def on_end(act: Callable[[str], object]) -> Callable[[], None]:
     before: dict[int, Any] = {}
     words: dict[int, str] = {}
 
-    def hear(number: int, frame: FrameType | None) -> None:
-        if not loop.is_closed():
-            loop.call_soon_threadsafe(act, words[number])
-
-    def close(word: str) -> None:
+    def tell(word: str) -> None:
         if not loop.is_closed():
             loop.call_soon_threadsafe(act, word)
 
-    forget_console = _on_close_of_console(close) if WINDOWS else None
+    def hear(number: int, frame: FrameType | None) -> None:
+        tell(words[number])
+
+    forget_console = _on_close_of_console(tell) if WINDOWS else None
 
     def forget() -> None:
         for number, handler in before.items():

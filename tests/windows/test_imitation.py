@@ -47,6 +47,19 @@ def labrun(tmp_path, environment):
 
 
 @pytest.fixture
+def python(tmp_path, environment):
+    """Runs a program of Python; gives what came of it."""
+
+    def run(program):
+        return subprocess.run(
+            [sys.executable, "-c", program],
+            cwd=tmp_path, env=environment, capture_output=True, text=True,
+        )  # fmt: skip
+
+    return run
+
+
+@pytest.fixture
 def started(tmp_path, environment):
     """Starts a command, and gives its process when a line of its output contains a word."""
     processes = []
@@ -77,7 +90,7 @@ def journal(tmp_path):
     return (run / "journal.jsonl").read_bytes()
 
 
-def test_the_rules_are_kept(environment, tmp_path):
+def test_the_rules_are_kept(python):
     broken = """
 import os, sys
 sys._getframe().f_globals["__name__"] = "labrun.x"
@@ -103,13 +116,7 @@ print([tried(act) for act in (
     lambda: os.fdatasync(1), import_fcntl,
 )], open("b", "rb").read())
 """
-    ran = subprocess.run(
-        [sys.executable, "-c", broken],
-        env=environment,
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-    )
+    ran = python(broken)
 
     assert ran.stdout.strip() == str(
         [
@@ -119,20 +126,14 @@ print([tried(act) for act in (
     ) + r" b'1\r\n'", ran.stderr  # fmt: skip
 
 
-def test_a_file_that_a_virus_scanner_holds_is_replaced_when_it_lets_go(environment, tmp_path):
+def test_a_file_that_a_virus_scanner_holds_is_replaced_when_it_lets_go(python):
     program = (
         "import os\nfrom pathlib import Path\nfrom labrun.system.files import replace_whole, write_whole\n"
         "write_whole(Path('a'), b'one')\nwrite_whole(Path('a'), b'two')\n"
         "with replace_whole(Path('b')) as file:\n    file.write(b'three')\n"
         "print(Path('a').read_text(), Path('b').read_text(), sorted(os.listdir()))\n"
     )
-    ran = subprocess.run(
-        [sys.executable, "-c", program],
-        env=environment,
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-    )
+    ran = python(program)
 
     assert ran.stdout.strip() == "two three ['a', 'b']", ran.stderr
 
@@ -161,7 +162,7 @@ def test_spectra_are_reduced_by_several_processes(labrun, tmp_path):
 
 
 def test_who_closes_the_window_lets_a_process_end_in_order_and_a_service_outlives_a_logoff(
-    environment,
+    python,
 ):
     program = """
 import asyncio, sitecustomize, threading
@@ -176,9 +177,7 @@ async def main():
     print(await told, window.is_alive())   # as long as it has not returned, Windows waits
 asyncio.run(main())
 """
-    ran = subprocess.run(
-        [sys.executable, "-c", program], env=environment, capture_output=True, text=True
-    )
+    ran = python(program)
 
     assert ran.stdout.splitlines() == ["0 1 False", "the window's end True"], ran.stderr
 
@@ -195,20 +194,14 @@ def test_devices_whose_folders_windows_cannot_make_are_told_by_a_check(labrun, t
     assert "A and a would share a folder on Windows and macOS" in said
 
 
-def test_a_pipe_that_is_closed_is_no_fault_of_ours(environment, tmp_path):
+def test_a_pipe_that_is_closed_is_no_fault_of_ours(python):
     program = (
         "import errno, sys\nfrom labrun.engine import cli\n"
         "class Closed(type(sys.stdout)):\n"
         "    def write(self, text): raise OSError(errno.EINVAL, 'Invalid argument')\n"
         "sys.stdout = Closed(sys.stdout.buffer)\nsys.argv = ['labrun', 'problem', 'E204']\ncli.main()\n"
     )
-    ran = subprocess.run(
-        [sys.executable, "-c", program],
-        env=environment,
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-    )
+    ran = python(program)
 
     assert (ran.returncode, ran.stderr) == (2, "")
 

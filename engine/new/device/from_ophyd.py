@@ -16,11 +16,10 @@ from ....drivers.bridges.library import instrument_class
 from ....drivers.bridges.ophyd import PACKAGE, field, made_device
 from ..protocol import CannotMake
 from .metadata import Schema, choices, method, of_annotation, unit
-from .sources import Described
+from .sources import LONG, Described
 
 CONNECT_S = 5.0
 NO_PREFIX = "XX:"
-LONG = {"timeout": "5 min", "duration": "5 s"}
 """For what moves or counts: the reader knows better."""
 PLANS = ("trigger", "stage", "unstage", "kickoff", "complete", "prepare", "unprime")
 TEXTS = ("name", "path", "desc", "egu", "template", "version", "message")

@@ -13,7 +13,7 @@ from ....drivers.bridges.library import instrument_class
 from ....drivers.bridges.pylabrobot import PACKAGE, RESOURCE
 from ..protocol import CannotMake
 from .metadata import Schema, of_annotation, of_parameter, parameters, unit_in
-from .sources import Described
+from .sources import LONG, Described
 
 BY_NAME = {
     "temperature": "degC", "duration": "s", "time": "s", "timeout": "s", "vol": "uL",
@@ -23,8 +23,6 @@ BY_NAME = {
 """What PyLabRobot measures in, where a docstring does not say it: the last word of a name -> unit."""
 NAMED_RESOURCES = r"Resource|Plate|Well|Container|Tip(Spot|Rack)|Trash|Lid"
 STOPS = ("stop_shaking", "halt", "deactivate", "deactivate_block", "deactivate_lid", "turn_off")
-LONG = {"timeout": "5 min", "duration": "5 s"}
-"""Of what a machine does; what it is asked or told takes a moment."""
 DECK = "deck.json"
 
 

@@ -14,6 +14,9 @@ from typing import Any, NamedTuple
 from ...language.suggest import did_you_mean
 from ..protocol import CannotMake
 
+LONG = {"timeout": "5 min", "duration": "5 s"}
+"""Of what a machine does or a motor goes to; what is asked or set takes a moment."""
+
 
 class Source(NamedTuple):
     """The module beside this one, and an example that a refusal shows."""
