@@ -124,6 +124,9 @@ def _unreadable(whole: str, fault: BaseException) -> str:
     if word := re.search(r"\b(AND|OR|NOT|And|Or|Not)\b", text):
         return f"{text}: write `{word[1].lower()}`, in small letters"
     if "${{" in text:
+        before = text.partition("${{")[0]
+        if before.count("}") > before.count("{"):
+            return f"{text}: a }} is missing; write `}}}}` before the next `${{{{`"
         return f"{text}: an expression within an expression; remove the inner ${{{{ }}}}"
     reserved = [word for word in re.findall(r"\.\s*(\w+)", text) if keyword.iskeyword(word)]
     if reserved:

@@ -54,6 +54,7 @@ WRITTEN = {
     "collect": 'such as collect: {mass: "${{ steps.weight.mass }}"}',
     "outputs": 'such as outputs: {mass: "${{ steps.weight.mass }}"}',
     "wait": "such as wait: 30 s",
+    "at_once": "such as at_once: 3",
     "keep_going": "such as keep_going: {in_a_row: 3}",
     "watch": 'such as watch: [{when: "${{ status.floor.wet }}", then: pause}]',
 }

@@ -156,7 +156,7 @@ def value_hint(node: Node, raw: str, message: str) -> str:
         return _read_as_text(node, node.value.strip(), message)
     if not node.plain or not raw:
         return ""
-    if TEXT.search(message):
+    if TEXT.search(message) and "number or text" not in message:
         return f"`{shown(raw)}` without quotes is not text; write '{shown(raw)}'"
     if isinstance(node.value, float) and node.value.is_integer() and "." not in raw:
         return f"`{raw}` is read as a number with a fraction; write {node.value:.0f}"
@@ -174,7 +174,7 @@ def _read_as_text(node: Node, text: str, message: str) -> str:
 
 
 def _plain_text(text: str, message: str) -> str:
-    if (truth := TRUTHS.get(text.lower())) and "needs keys" not in message:
+    if (truth := TRUTHS.get(text.lower())) and not re.search("needs keys|whole number", message):
         return f"YAML 1.2 reads `{text}` as text; write {truth}"
     if match := SIXTIES.fullmatch(text):
         total = int(match[1])

@@ -63,6 +63,7 @@ def test_what_acts_or_cannot_be_read_is_refused_when_it_is_read(text):
     [
         ("span(params.x0; 3 mm, 1 mm)", "at `;`"), ("a ? b : c", "at `?`"), ("3 mm 4", "at `4`"),
         ("params.pitch +", "ends too early"), ("1 if", "ends too early"), ("(1", "never closed"),
+        ("p.x },${{ p.y", "a } is missing"), ("1 + ${{ p.y }", "within an expression"),
     ],
 )  # fmt: skip
 def test_where_an_expression_cannot_be_read_on_is_told(text, says):

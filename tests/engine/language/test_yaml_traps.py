@@ -47,6 +47,8 @@ def test_text_where_text_is_wanted_is_left_alone(text):
         ("{do: gantry.move_to, with: {x: 2026-11-21}}", "a date such as 2026-11-21 is text"),
         ("{log: 1e3}", "write '1e3'"),
         ("{log: null}", ""),
+        ("{foreach: {i: [1]}, at_once: 1.5, steps: [{log: a}]}", "such as at_once: 3"),
+        ("{foreach: {i: [1]}, at_once: yes, steps: [{log: a}]}", "such as at_once: 3"),
         ("{steps: [{log: a}], watch: }", "indent what belongs to it below it"),
         ("{steps: [{log: a}], reserve: null}", "indent what belongs to it below it"),
         ("{repeat: 2, watch: [{when: true, then: pause}], steps: [{log: a}]}", "with `watch`"),
