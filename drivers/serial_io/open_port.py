@@ -85,7 +85,8 @@ class OpenPort:
     async def close(self) -> None:
         """Release the port; queued bytes are sent first."""
         self._unwatch()
-        await asyncio.to_thread(self._close)
+        writer, self._writer = self._writer, None  # who writes meanwhile finds it closed
+        await asyncio.to_thread(self._close, writer)
 
     def _watched(self) -> int | None:
         """The descriptor of a port that the loop reads by itself."""
@@ -152,10 +153,9 @@ class OpenPort:
         with contextlib.suppress(RuntimeError):  # the loop has ended before us
             self._loop.call_soon_threadsafe(function, *arguments)
 
-    def _close(self) -> None:
-        if self._writer is not None:
-            self._writer.shutdown(wait=True)  # bounded by the port's own write timeout
-            self._writer = None
+    def _close(self, writer: ThreadPoolExecutor | None) -> None:
+        if writer is not None:
+            writer.shutdown(wait=True)  # bounded by the port's own write timeout
         self._closing.set()
         if self._reader is not None:
             self._reader.join(CLOSE_S)

@@ -84,3 +84,23 @@ def test_a_port_that_is_gone_is_told_once_and_takes_nothing_more(by, monkeypatch
     assert isinstance(fault, OSError)
     assert told_once
     assert not is_open
+
+
+@both
+def test_who_writes_while_a_port_is_closed_finds_it_closed(by, monkeypatch):
+    async def use():
+        async with opened(by, monkeypatch) as (port, far, _, lost):
+            port.write(LONG)
+            closing = asyncio.create_task(port.close())
+            await asyncio.sleep(0)
+            port.write(b"?")
+            with pytest.raises(OSError, match="not open"):
+                await port.send(b"?")
+            data = await read(far, len(LONG))
+            await closing
+            return data, lost.empty()
+
+    data, nothing_lost = asyncio.run(use())
+
+    assert data == LONG
+    assert nothing_lost
