@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 from ..schemas.contract import Contract, Happened
 from ..schemas.messages import FileContent
+from ..system.extras import missing
 
 
 class ActionFailed(Exception):
@@ -82,6 +83,11 @@ class Driver:
 
     def __init__(self, place: Place) -> None:
         self.place = place
+
+    @classmethod
+    def lacks(cls, config: dict[str, Any]) -> str | None:
+        """What is not installed here that it needs with this config, and the line that adds it."""
+        return missing(cls.extra) if cls.extra is not None else None
 
     def method(self, action: str) -> Any:
         """What does an action: the method of its name."""

@@ -12,7 +12,7 @@ from typing import Any
 
 from ..schemas.contract import Action, Contract
 from ..schemas.contracts import shipped_contracts
-from ..system.extras import OF_DRIVERS, in_words, missing, not_installed
+from ..system.extras import OF_DRIVERS, in_words, not_installed
 from .driver import Driver
 
 BRIDGES = (
@@ -132,10 +132,9 @@ def _module_from_file(name: str, path: Path) -> ModuleType:
     return module
 
 
-def check_installed(driver: type[Driver]) -> None:
+def check_installed(driver: type[Driver], config: dict[str, Any]) -> None:
     """Raise DriverFault, with the line that adds it, if what a driver of labrun needs is not installed."""
-    why = missing(driver.extra) if driver.extra is not None else None
-    if why is not None:
+    if (why := driver.lacks(config)) is not None:
         raise DriverFault(f"the driver {driver.__name__} cannot work: {why}")
 
 

@@ -43,7 +43,8 @@ OF_DRIVERS = {
     "reducer": "spectra", "apprise": "notify", "zaber": "zaber",
     "gp": "optimize", "optuna": "optuna", "gpcam": "gpcam", "baybe": "baybe",
     "sciaps_gui": "gui", "window_program": "gui",
-    "modbus": "modbus", "sila2": "sila2", "opcua": "opcua",
+    "modbus": "modbus", "pymeasure": "pymeasure", "qcodes": "qcodes", "ophyd": "ophyd",
+    "pylabrobot": "pylabrobot", "sila2": "sila2", "opcua": "opcua",
 }  # fmt: skip
 """Driver of a lab -> the extra without which it cannot work, so that nothing is loaded to find out."""
 OF_THE_SYSTEM = {

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from ...schemas.contract import Action
 from ...schemas.model import first_fault
 from ...schemas.quantity import seconds
+from ...system.extras import absent
 from ...system.tasks import end, first_of, spawn
 from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
 from .answers import BadAnswer, NoNumber
@@ -21,6 +22,7 @@ from .channel import Channel
 from .config import ActionConfig, BridgeConfig, of_action
 from .lines import NoAnswer
 from .record import OnceRecord
+from .resource import is_visa
 from .shared_line import SharedLine
 
 ABORTED_S = 2.0
@@ -42,6 +44,12 @@ class Bridge(Driver):
     config_model: ClassVar[type[BridgeConfig]]
     _reads: Channel | None = None
     """Where an answer that was given up may still come; none where a library reads."""
+
+    @classmethod
+    def lacks(cls, config: dict[str, Any]) -> str | None:
+        """PyVISA, too, where the address is one of VISA."""
+        over_visa = is_visa(str(config.get("resource", "")))
+        return super().lacks(config) or (absent("pyvisa", "visa") if over_visa else None)
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)

@@ -19,7 +19,7 @@ from typing import Any, ClassVar
 from pydantic import Field, model_validator
 
 from ...schemas.contract import Action, Effect, Name
-from ...system.extras import not_installed
+from ...system.extras import EXTRAS, absent, not_installed
 from ..driver import ActionFailed, GoalContext
 from .answers import BadAnswer
 from .bridge import ABORTED_S, Bridge, Values
@@ -147,6 +147,16 @@ class Library(Bridge):
     """True if another thread may call its `abort` while the first is still waiting."""
     _instrument: Any = None
     _thread: ThreadPoolExecutor | None = None
+
+    @classmethod
+    def lacks(cls, config: dict[str, Any]) -> str | None:
+        """Nothing that can be known here where the instrument's class is in a module of its own."""
+        module = str(config.get("instrument", "")).partition(".")[0]
+        known = EXTRAS[cls.extra] if cls.extra is not None else ()
+        if not module or not known:
+            return super().lacks(config)
+        library = module if module in known else known[0]
+        return None if _is_there(module) else absent(library, cls.extra)
 
     def connect(self) -> Any:
         """The instrument, opened; raises what the library raises. May be awaitable."""

@@ -29,6 +29,7 @@ class Ophyd(Library):
     """Implements whichever contract its lab says or names."""
 
     config_model: ClassVar = OphydConfig
+    extra: ClassVar[str | None] = "ophyd"
     library: ClassVar = "ophyd"
     stops_beside: ClassVar = True
 

@@ -36,6 +36,7 @@ class Pylabrobot(Library):
     """Implements whichever contract its lab says or names."""
 
     config_model: ClassVar = PylabrobotConfig
+    extra: ClassVar[str | None] = "pylabrobot"
     library: ClassVar = "PyLabRobot"
     on_loop = True
 

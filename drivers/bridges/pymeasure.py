@@ -21,6 +21,7 @@ class Pymeasure(Library):
     """Implements whichever contract its lab says or names."""
 
     config_model: ClassVar = PymeasureConfig
+    extra: ClassVar[str | None] = "pymeasure"
     library: ClassVar = "PyMeasure"
     silent_hint: ClassVar = (
         ", or its lines end otherwise: over TCP and serial ports try "

@@ -22,6 +22,7 @@ class Qcodes(Library):
     """Implements whichever contract its lab says or names."""
 
     config_model: ClassVar = QcodesConfig
+    extra: ClassVar[str | None] = "qcodes"
     library: ClassVar = "QCoDeS"
 
     def connect(self) -> Any:

@@ -10,6 +10,7 @@ ADDRESS = re.compile(
     r"(?:(?P<kind>tcp|udp|telnet)://)?(?P<host>[A-Za-z0-9_.-]+|\[[^\]]+\]):(?P<port>\d+)/?", re.I
 )
 SERIAL = re.compile(r"ASRL(?P<name>[^:]+)(?:::INSTR)?|(?P<plain>/.+|COM\d+)", re.I)
+VISA = re.compile(r"[A-Z]+\d*::", re.I)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +42,17 @@ def read_resource(text: str) -> Resource:
     if found := SERIAL.fullmatch(plain):
         name = found["plain"] or found["name"]
         return Resource("serial", plain, name=f"COM{name}" if name.isdigit() else name)
-    if re.match(r"[A-Z]+\d*::", plain, re.I):
+    if is_visa(plain):
         return Resource("visa", plain, name=plain)
     raise ValueError(
         f"{text!r} is no address: write host:port, udp://host:port, a serial port (/dev/ttyUSB0, COM3) "
         f"or a VISA resource (TCPIP::10.0.0.5::INSTR, USB0::..., GPIB0::22::INSTR)"
+    )
+
+
+def is_visa(text: str) -> bool:
+    """Whether only VISA reaches this address."""
+    plain = text.strip()
+    return VISA.match(plain) is not None and not (
+        SOCKET.fullmatch(plain) or SERIAL.fullmatch(plain)
     )

@@ -38,7 +38,7 @@ def make_device(
         driver_class = find_driver(device.driver, Path(settings.base))
         if (base := str(Path(settings.base).resolve())) not in sys.path:
             sys.path.append(base)  # the class of an instrument may be in a file beside the lab
-        check_installed(driver_class)
+        check_installed(driver_class, device.config)
         check_driver(driver_class, contract)
         limits = read_limits(device.limits, contract)
         folder.mkdir(parents=True, exist_ok=True)

@@ -51,8 +51,7 @@ class LoadedLab:
 
         A driver in a person's own file is not loaded to find out.
         """
-        extras = {name: OF_DRIVERS.get(self.lab.devices[name].driver or "") for name in devices}
-        found = {name: missing(extra) for name, extra in extras.items() if extra is not None}
+        found = {name: _lacks(self.lab.devices[name]) for name in devices}
         return {name: why for name, why in found.items() if why is not None}
 
     def keeping(self, contract: str) -> list[str]:
@@ -62,6 +61,20 @@ class LoadedLab:
             for name, device in self.lab.devices.items()
             if (its := self.contracts.get(device.contract)) is not None and its.keeps(contract)
         ]
+
+
+def _lacks(device: LabDevice) -> str | None:
+    if (
+        device.driver is None or device.python is not None
+    ):  # what another Python has, it says itself
+        return None
+    if "actions" in device.config:  # what such a driver needs depends on its instrument
+        from ...drivers.find import BRIDGES, find_driver
+
+        if device.driver in BRIDGES:
+            return find_driver(device.driver, Path()).lacks(device.config)
+    extra = OF_DRIVERS.get(device.driver)
+    return missing(extra) if extra is not None else None
 
 
 def load_lab(path: Path | None) -> tuple[LoadedLab | None, list[Problem]]:

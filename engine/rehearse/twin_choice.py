@@ -42,7 +42,7 @@ def _own(device: LabDevice, lab: LoadedLab) -> type[Driver] | None:
         return None
     try:
         found = find_driver(device.driver, lab.path.parent if lab.path else Path())
-        check_installed(found)
+        check_installed(found, device.config)
         return found
     except DriverFault:
         return None  # not installed here: a rehearsal can do without it
@@ -51,7 +51,7 @@ def _own(device: LabDevice, lab: LoadedLab) -> type[Driver] | None:
 def _found(name: str) -> type[Driver] | None:
     try:
         found = find_driver(name, Path())
-        check_installed(found)
+        check_installed(found, {})
         return found
     except DriverFault:
         return None

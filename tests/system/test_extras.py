@@ -7,15 +7,18 @@ import re
 import subprocess
 import sys
 import tomllib
+from contextlib import nullcontext
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
 
+from labrun.drivers.find import DriverFault, check_installed, find_driver
 from labrun.drivers.server.execution import fault_of
 from labrun.engine.cli import COMMANDS, FROM_ENTRY_POINTS
 from labrun.engine.commands.check_files import check_files
 from labrun.engine.export.formats import OWN
+from labrun.engine.lab.lab import load_lab
 from labrun.system.extras import EXTRAS, OF_DRIVERS, in_words, line, missing, not_installed
 from labrun.web.local.refusal import as_response
 
@@ -248,7 +251,7 @@ def test_every_driver_is_there_or_says_the_line_that_adds_what_it_needs():
         "import json\nfrom pathlib import Path\n"
         "from labrun.drivers.find import SHIPPED, DriverFault, check_installed, find_driver\n"
         "said = {}\nfor name in SHIPPED:\n"
-        "    try:\n        check_installed(find_driver(name, Path()))\n"
+        "    try:\n        check_installed(find_driver(name, Path()), {})\n"
         "    except DriverFault as fault:\n        said[name] = str(fault)\n"
         "print(json.dumps(said))"
     )
@@ -356,6 +359,38 @@ def test_a_check_says_what_the_driver_of_a_device_lacks(driver, files, capsys, m
     assert problems.endswith("no problems.")
     assert told.startswith("To run it from here: gantry cannot work, since ")
     assert told.endswith(f'"labrun[{OF_DRIVERS[driver]}]"')
+
+
+@pytest.mark.parametrize(
+    ("device", "wanted"),
+    [
+        ("driver: scpi, config: {resource: 'GPIB0::22::INSTR', ACTIONS}", "pyvisa"),
+        ("driver: scpi, config: {resource: 'TCPIP::10.0.0.5::5025::SOCKET', ACTIONS}", ""),
+        ("driver: pymeasure, config: {instrument: keithley.Keithley2000, resource: x, GET}", "pymeasure"),
+        ("driver: qcodes, python: ../their/python, config: {instrument: Keithley.K2450, GET}", ""),
+        ("driver: ophyd, config: {instrument: sim.SynAxis, GET}", "ophyd"),
+        ("driver: ophyd, config: {instrument: ophyd_async.sim.SimMotor, GET}", "ophyd_async"),
+        ("driver: ophyd, config: {instrument: decimal.Decimal, GET}", ""),
+    ],
+)  # fmt: skip
+def test_what_a_bridge_lacks_depends_on_its_instrument(device, wanted, tmp_path, monkeypatch):
+    for library in {lib for extra in OF_DRIVERS.values() for lib in EXTRAS[extra]} | {"pyvisa"}:
+        monkeypatch.setitem(sys.modules, library, None)
+    told = "returns: {v: {unit: V}}}}"
+    said = device.replace("ACTIONS", f"actions: {{volts: {{query: 'V?', {told}")
+    said = said.replace("GET", f"actions: {{volts: {{get: volts, {told}")
+    (tmp_path / "lab.yaml").write_text(f"name: b\ndevices:\n  dmm: {{contract: dmm@1, {said}}}\n")
+    lab, problems = load_lab(tmp_path / "lab.yaml")
+    assert lab is not None and problems == []
+    lacking = lab.lacking(["dmm"])
+
+    assert list(lacking) == (["dmm"] if wanted else [])
+    if wanted:
+        assert lacking["dmm"].startswith(f"{wanted} is not installed; add it with: ")
+    if lab.lab.devices["dmm"].python is None:  # a device server looks for the same
+        name, config = lab.lab.devices["dmm"].driver, lab.lab.devices["dmm"].config
+        with pytest.raises(DriverFault, match=wanted) if wanted else nullcontext():
+            check_installed(find_driver(name or "", tmp_path), config)
 
 
 @pytest.mark.slow
