@@ -113,12 +113,13 @@ def begin(
 
     assert checked.protocol is not None
     folder = new_run_folder(runs, checked.protocol.name)
+    lock = FolderLock(folder)
     try:
         keep(folder, checked, given)
-        lock = FolderLock(folder)
         lock.take()
         return new_run(folder, checked, options), lock
     except BaseException as fault:  # Ctrl-C as well
+        lock.release()
         shutil.rmtree(folder, ignore_errors=True)
         if isinstance(fault, OSError):
             raise FolderFault(f"cannot begin {folder}: {fault.strerror or fault}") from fault

@@ -5,6 +5,7 @@ import os
 import re
 import secrets
 import time
+from contextlib import suppress
 from datetime import datetime
 from hashlib import sha256
 from pathlib import Path
@@ -210,10 +211,16 @@ class FolderLock:
         self._file = file
 
     def release(self) -> None:
-        """Release the folder."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+        """Release the folder; of a run that never began nothing is left then."""
+        if self._file is None:
+            return
+        self._file.close()
+        self._file = None
+        if WINDOWS:  # which could not delete the file while it was open
+            with suppress(OSError):
+                if list(self.path.parent.iterdir()) == [self.path]:
+                    remove(self.path)
+                    self.path.parent.rmdir()
 
 
 def engine_of(folder: Path) -> int | None:
