@@ -39,11 +39,11 @@ def test_a_reader_who_has_gone_is_told_as_ever():
     out = Unhurried(sink)
     os.close(reads)
 
-    with pytest.raises(BrokenPipeError):
+    with pytest.raises(OSError):  # BrokenPipeError; on Windows EINVAL
         while True:
             out.write("gone?\n")
     out.finish()
-    with pytest.raises(BrokenPipeError):
+    with pytest.raises(OSError):
         sink.close()
 
 

@@ -128,7 +128,7 @@ def test_a_run_that_a_newer_labrun_has_gone_on_with_says_so(tmp_path, newer):
     path = written(tmp_path / "journal.jsonl", *some(1))
     body = json.dumps({"n": 2, "at": "2026-11-24T08:00:00Z", **newer})[:-1]
     previous = json.loads(path.read_text())["hash"]
-    with path.open("a") as file:
+    with path.open("a", newline="\n") as file:
         file.write(f'{body},"hash":"{chain(previous, body)}"}}\n')
 
     with pytest.raises(
