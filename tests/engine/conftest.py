@@ -181,7 +181,7 @@ class OwnDevice:
         (journal,) = self.folder.glob("runs/*/journal.jsonl")
         lines = journal.read_text().splitlines(keepends=True)
         last = next(n for n, line in enumerate(lines) if words in line)
-        journal.write_text("".join(lines[: last + 1]))
+        journal.write_text("".join(lines[: last + 1]), newline="\n")
 
     def answer(self, name, choice):
         """A person answers a question if it is open, from within `watch`."""

@@ -92,7 +92,8 @@ def journal(tmp_path):
 
 def test_the_rules_are_kept(python):
     broken = """
-import os, sys
+import os, subprocess, sys, time
+from pathlib import Path
 sys._getframe().f_globals["__name__"] = "labrun.x"
 def tried(act):
     try: act()
@@ -110,20 +111,23 @@ def import_fcntl():
 open("a", "w").close()
 held = open("a")
 write_without_binary()
+Path("c").write_text("\u00fc\\n")
+other = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, stdout=open("d", "w"))
 print([tried(act) for act in (
     fsync_what_is_only_read, lambda: os.open(".", os.O_RDONLY), lambda: os.unlink("a"),
     lambda: os.replace("b", "a"), lambda: open("a:b", "w"), lambda: open("nul.csv", "w"),
-    lambda: os.fdatasync(1), import_fcntl,
-)], open("b", "rb").read())
+    lambda: os.fdatasync(1), import_fcntl, *[lambda: os.unlink("d")] * 3,
+)], open("b", "rb").read(), open("c", "rb").read(), time.time() * 64 % 1, time.monotonic() * 64 % 1)
+other.communicate(b"\\n")
 """
     ran = python(broken)
 
     assert ran.stdout.strip() == str(
         [
             "OSError", "PermissionError", "PermissionError", "PermissionError", "OSError", "OSError",
-            "AttributeError", "ModuleNotFoundError",
+            "AttributeError", "ModuleNotFoundError", *["PermissionError"] * 3,
         ]
-    ) + r" b'1\r\n'", ran.stderr  # fmt: skip
+    ) + r" b'1\r\n' b'\xfc\r\n' 0.0 0.0", ran.stderr  # fmt: skip
 
 
 def test_a_file_that_a_virus_scanner_holds_is_replaced_when_it_lets_go(python):

@@ -131,7 +131,7 @@ def test_an_orderly_end_of_a_server_with_a_slow_safe_state_costs_no_step(tmp_pat
     (left,) = (tmp_path / "runs").iterdir()
     lines = (left / "journal.jsonl").read_text().splitlines(keepends=True)
     first = next(n for n, line in enumerate(lines) if '"kind":"ended"' in line)
-    (left / "journal.jsonl").write_text("".join(lines[: first + 1]))
+    (left / "journal.jsonl").write_text("".join(lines[: first + 1]), newline="\n")
     subprocess.run([sys.executable, "-m", "labrun.engine", "resume", str(left)], check=True)
 
     assert (left / "servers" / "world" / "presses").read_text() == "123"

@@ -40,7 +40,7 @@ def a_run(folder, name, began, *, params, mass=None, fate="succeeded", failed=0,
     points = j.Points(plan=2, measured=2, failed=0, left=0)
     told.append(j.Finished(fate=fate, reason=reason, points=points, outputs=outputs))
     hash = ""
-    with (place / "journal.jsonl").open("w") as file:
+    with (place / "journal.jsonl").open("w", newline="\n") as file:
         for n, record in enumerate(told, 1):
             at = (began + timedelta(seconds=n)).isoformat(timespec="milliseconds")
             rest = record.model_dump_json(exclude={"n", "at", "hash"}, exclude_none=True)

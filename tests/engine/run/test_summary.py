@@ -83,7 +83,7 @@ def test_a_run_that_was_killed_is_read_once(own_device):
 
 def test_a_torn_journal_has_no_summary_beside_it(own_device):
     ran = own_device().run(SCAN.replace("MOST", "3"))
-    with (ran.folder / "journal.jsonl").open("a") as file:
+    with (ran.folder / "journal.jsonl").open("a", newline="\n") as file:
         file.write('{"n":')
 
     assert row(entry_of(ran.folder), ran.folder.parent)["measured"] == 4

@@ -135,7 +135,7 @@ def rewrite(journal, change):
         body = json.dumps(record, separators=(",", ":"))[:-1]
         previous = chain(previous, body)
         lines.append(f'{body},"hash":"{previous}"}}\n')
-    journal.write_text("".join(lines))
+    journal.write_text("".join(lines), newline="\n")
 
 
 @pytest.mark.soak

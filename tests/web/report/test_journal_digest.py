@@ -91,7 +91,7 @@ def test_a_question_that_nobody_answered_stays_open(folder, teller):
 
 def test_a_torn_last_line_is_left_out(folder, teller):
     teller.started().worked("main/a")
-    with teller.path.open("a") as file:
+    with teller.path.open("a", newline="\n") as file:
         file.write('{"n":5,"at":"2026-11-2')
 
     digest = read_digest(folder)
@@ -103,7 +103,7 @@ def test_a_journal_that_was_changed_is_told_as_far_as_it_can_be_trusted(folder, 
     teller.started().worked("main/a").finished()
     lines = teller.path.read_text().splitlines(keepends=True)
     lines[3] = lines[3].replace("SUCCEEDED", "ABORTED")
-    teller.path.write_text("".join(lines))
+    teller.path.write_text("".join(lines), newline="\n")
 
     digest = read_digest(folder)
     assert digest.last_n == 3

@@ -114,10 +114,10 @@ def test_a_torn_last_line_waits_for_its_end(teller):
     follower = Follower(teller.path)
     list(follower.records())
     line = teller._line(j.Phase(phase="finally:1"))
-    with teller.path.open("a") as file:
+    with teller.path.open("a", newline="\n") as file:
         file.write(line[:20])
     torn = list(follower.records())
-    with teller.path.open("a") as file:
+    with teller.path.open("a", newline="\n") as file:
         file.write(line[20:])
 
     assert torn == [] and [r.phase for _, r in follower.records()] == ["finally:1"]

@@ -133,7 +133,7 @@ def test_a_record_that_lacks_its_time_leaves_the_records_before_it(folder, telle
     async def story():
         run = OpenRun(folder, Timings(folder / "timings.json"), lambda id: None)
         await run.load()
-        with teller.path.open("a") as file:
+        with teller.path.open("a", newline="\n") as file:
             file.write(teller._line(Bare("goal")))
         await run.read()
         return detail(run)

@@ -18,9 +18,11 @@ import os
 import re
 import signal
 import socket
+import stat
 import struct
 import subprocess
 import sys
+import time
 import types
 from collections.abc import Callable
 from pathlib import Path
@@ -29,6 +31,10 @@ POSIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty"}
 NO_NAME = re.compile(
     r'[<>:"|?*\x00-\x1f\\]|[ .]$|^(CON|PRN|AUX|NUL|COM\d|LPT\d)(\.|$)', re.IGNORECASE
 )
+CODE_PAGE = "cp1252"
+STARTERS = "subprocess", "asyncio"
+TICK_S = 1 / 64
+"""How fine `time.time` and `time.monotonic` are there, up to Python 3.12."""
 LONGEST = 259
 """Characters of a path with its drive, where nobody has enabled longer ones."""
 OPEN_RIGHTS = os.O_RDONLY, os.O_WRONLY, os.O_RDWR
@@ -54,10 +60,10 @@ def is_ours(depth: int = 2) -> bool:
     return of_labrun(sys._getframe(depth).f_globals.get("__name__"))
 
 
-def starter_is_ours() -> bool:
-    """The same of whoever starts a process, through `subprocess` or `asyncio`."""
+def asker_is_ours(*through: str) -> bool:
+    """The same of whoever asks through these modules of Python."""
     frame = sys._getframe(2)
-    while str(frame.f_globals.get("__name__", "")).startswith(("subprocess", "asyncio")):
+    while str(frame.f_globals.get("__name__", "")).startswith(through):
         if frame.f_back is None:
             return True  # a task: only labrun's are started from one
         frame = frame.f_back
@@ -105,13 +111,30 @@ def is_open(path: object) -> bool:
         there = os.stat(path)  # type: ignore[arg-type]
     except OSError:
         return False
-    for number in os.listdir("/proc/self/fd"):
+    for number in () if stat.S_ISDIR(there.st_mode) else os.listdir("/proc/self/fd"):
         try:
             held = os.stat(int(number))
         except OSError:
             continue
-        if (held.st_dev, held.st_ino) == (there.st_dev, there.st_ino) and not os.path.isdir(path):  # type: ignore[arg-type]
+        if (held.st_dev, held.st_ino) == (there.st_dev, there.st_ino):
             return True
+    return False
+
+
+def is_open_elsewhere(path: object) -> bool:
+    """The same of other processes of this user."""
+    place = os.path.realpath(path)  # type: ignore[arg-type]
+    for pid in () if os.path.isdir(place) else filter(str.isdigit, os.listdir("/proc")):
+        try:
+            numbers = os.listdir(f"/proc/{pid}/fd")
+        except OSError:
+            continue
+        for number in numbers:
+            try:
+                if os.readlink(f"/proc/{pid}/fd/{number}") == place:
+                    return True
+            except OSError:
+                continue
     return False
 
 
@@ -156,12 +179,13 @@ def guarded(name: str, *, both: bool):
     real = getattr(os, name)
 
     def act(path, *others, **named):
-        if (is_ours() or is_ours(3)) and os.path.exists(path) and scanned(path):
+        ours = is_ours() or is_ours(3)
+        if ours and os.path.exists(path) and scanned(path):
             raise PermissionError(errno.EACCES, "a virus scanner looks at it", str(path))
         targets = [path, *others[:1]] if both else [path]
         for target in targets:
             check_name(target)
-            if is_open(target):
+            if is_open(target) or (ours and is_open_elsewhere(target)):
                 raise PermissionError(
                     errno.EACCES, "it is being used by another process", str(target)
                 )
@@ -179,10 +203,34 @@ def mkdir_(path, *more, **named):
     return real_mkdir(path, *more, **named)
 
 
-def builtin_open(file, *more, **named):
+def builtin_open(
+    file, mode="r", buffering=-1, encoding=None, errors=None, newline=None, *more, **named
+):
     if not isinstance(file, int):
         check_name(file)
-    return real_builtin_open(file, *more, **named)
+    if "b" not in mode and asker_is_ours("pathlib", "tempfile"):
+        encoding = CODE_PAGE if encoding in (None, "locale") else encoding
+        newline = "\r\n" if newline is None and not mode.startswith("r") else newline
+    return real_builtin_open(file, mode, buffering, encoding, errors, newline, *more, **named)
+
+
+def text_encoding(encoding, stacklevel=2):
+    """What `pathlib` opens a text with; `locale` is the code page."""
+    if encoding is None and asker_is_ours("pathlib"):
+        return "locale"
+    return real_text_encoding(encoding, stacklevel)
+
+
+def step(real: Callable[[], float]) -> Callable[[], float]:
+    """A clock that goes on by TICK_S, as those of Windows do."""
+    return lambda: real() // TICK_S * TICK_S
+
+
+def clock_info(name: str) -> types.SimpleNamespace:
+    found = real_clock_info(name)
+    if name in ("monotonic", "time"):
+        found.resolution = TICK_S
+    return found
 
 
 def import_(name, globals=None, locals=None, fromlist=(), level=0):
@@ -192,23 +240,25 @@ def import_(name, globals=None, locals=None, fromlist=(), level=0):
 
 
 def popen(self, *more, **named):
-    if (named.get("start_new_session") or named.get("preexec_fn")) and starter_is_ours():
+    if (named.get("start_new_session") or named.get("preexec_fn")) and asker_is_ours(*STARTERS):
         raise ValueError("Windows has no sessions: start_new_session is for other systems")
     if named.pop("creationflags", 0) & subprocess.CREATE_NEW_PROCESS_GROUP:
         named["start_new_session"] = True
+    if (named.get("text") or named.get("universal_newlines")) and asker_is_ours(*STARTERS):
+        named["encoding"] = named.get("encoding") or CODE_PAGE
     real_popen(self, *more, **named)
 
 
 def kill(pid, number):
     # There every number but those of the console ends the process at once.
-    at_once = (is_ours() or starter_is_ours()) and number != signal.CTRL_BREAK_EVENT
+    at_once = (is_ours() or asker_is_ours(*STARTERS)) and number != signal.CTRL_BREAK_EVENT
     real_kill(pid, KILL if at_once else number)
 
 
 def ends(self):
     """`terminate` and `kill` are one there."""
     if self.returncode is None:
-        real_kill(self.pid, KILL if starter_is_ours() else signal.SIGTERM)
+        real_kill(self.pid, KILL if asker_is_ours(*STARTERS) else signal.SIGTERM)
 
 
 def bind(self, address):
@@ -268,10 +318,13 @@ class Kernel32:
 
 KILL = signal.SIGKILL
 ctypes.WinDLL, ctypes.get_last_error = Kernel32, lambda: 0  # type: ignore[attr-defined]
-real_mkdir, real_builtin_open = os.mkdir, builtins.open
+real_mkdir, real_builtin_open, real_clock_info = os.mkdir, builtins.open, time.get_clock_info
+real_text_encoding = io.text_encoding
 os.O_BINARY = 1 << 30  # type: ignore[attr-defined]
 os.open, os.write, os.close, os.fsync, os.mkdir = open_, write, close, fsync, mkdir_  # type: ignore[assignment]
 builtins.open = io.open = builtin_open
+io.text_encoding = text_encoding  # type: ignore[assignment]
+time.time, time.monotonic, time.get_clock_info = step(time.time), step(time.monotonic), clock_info  # type: ignore[assignment]
 os.replace, os.rename = guarded("replace", both=True), guarded("rename", both=True)
 os.unlink, os.remove = guarded("unlink", both=False), guarded("remove", both=False)
 os.kill = kill
