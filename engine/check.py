@@ -59,6 +59,10 @@ CHECKS = (
 """Each has CODES, a docstring that is its page of the manual, and check(context)."""
 
 
+READINGS = {"W101", "W102", "W103", "W104"}
+"""Warnings that a value is not read as it looks."""
+
+
 @dataclass
 class Checked:
     """A protocol with everything that a run needs, as far as it is valid."""
@@ -154,7 +158,17 @@ def _found(survey: Survey, lab: LoadedLab | None, *, used: bool = False) -> Iter
 
 
 def in_order(problems: list[Problem], source: Source | None) -> list[Problem]:
-    """Problems sorted by place, without duplicates, those of the protocol itself first."""
+    """Problems sorted by place, without duplicates, those of the protocol itself first.
+
+    How a value looks is not told where an error is told of it, nor what follows from a number that is none.
+    """
     name = source.name if source is not None else ""
-    unique = {(*problem.place, problem.message): problem for problem in problems}
+    wrong = {problem.place[:3] for problem in problems if problem.severity == "error"}
+    unread = {problem.place[:3] for problem in problems if problem.code == "E106"}
+    unique = {
+        (*problem.place, problem.message): problem
+        for problem in problems
+        if not (problem.code in READINGS and problem.place[:3] in wrong)
+        and (problem.code == "E106" or problem.place[:3] not in unread)
+    }
     return sorted(unique.values(), key=lambda problem: (problem.file != name, problem.place))

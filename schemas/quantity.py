@@ -46,9 +46,10 @@ SIZES = {
 """The units that most protocols need, in one of their kind; a test holds them against pint."""
 COMMON = (
     "degC", "K", "V", "mV", "kV", "A", "mA", "W", "mW", "Hz", "kHz", "MHz", "Pa", "kPa", "mbar", "bar",
-    "torr", "ohm",
+    "torr", "ohm", "millimeter", "millimetre", "centimeter", "millisecond", "milliliter", "millilitre",
+    "milligram", "celsius",
 )  # fmt: skip
-"""Others that are often written with the wrong capital letters."""
+"""Others that are often written with the wrong capital letters, or a letter too few."""
 GAS_FLOWS = ("sccm = cm**3 / min", "slm = L / min", "slpm = L / min")
 """As a volume at the standard conditions of whoever wrote it, which differ: 0, 15, 20 or 25 degC."""
 PLAIN = {unit: (kind, size) for kind, sizes in SIZES.items() for unit, size in sizes.items()}

@@ -8,7 +8,7 @@ from typing import Any
 from ...schemas.also import broken_promises
 from ...schemas.contract import Contract, JsonSchema
 from ...schemas.contracts import ContractFault, read_contract, shipped_contracts
-from ...schemas.lab import Lab, LabDevice
+from ...schemas.lab import Lab, LabDevice, Limit
 from ...schemas.patterns import check_schema, unknown_keywords, validator
 from ...schemas.problem import Problem
 from ...schemas.quantity import UnitError, magnitude_in, unit_of
@@ -22,6 +22,7 @@ from .config_contracts import broken, said_contracts
 SHIPPED = Path(__file__).parents[2] / "protocols"
 CODES = {
     "E130": "a contract of a lab that cannot be used",
+    "W130": "a driver that is not installed here",
     "E132": "a config that does not fit its driver or its contract",
     "E131": "a limit of a lab for an unknown parameter, or in the wrong unit",
 }
@@ -87,6 +88,9 @@ def load_lab(path: Path | None) -> tuple[LoadedLab | None, list[Problem]]:
         source, problems = read_source(path)
     if source is None:
         return None, problems
+    if _is_protocol(source.data):
+        hint = "give the lab, which says where the devices are; `labrun check` reads a protocol"
+        return None, [source.problem((), "E113", "this is a protocol, not a lab", hint)]
     lab, more = read_model(Lab, source.data, source, (), "a lab")
     problems += more
     if lab is None:
@@ -95,8 +99,17 @@ def load_lab(path: Path | None) -> tuple[LoadedLab | None, list[Problem]]:
     problems += more
     problems += said_contracts(lab, contracts, source)
     problems += _check_names(lab, source)
-    problems += _check_devices(lab, contracts, source)
+    problems += _check_devices(lab, contracts, source, path)
     return LoadedLab(lab, path, contracts, source), problems
+
+
+def _is_protocol(data: Any) -> bool:
+    """True for a protocol: it has steps, or says its version and names contracts only."""
+    if not isinstance(data, dict) or "steps" in data:
+        return isinstance(data, dict)
+    devices = data.get("devices")
+    named = devices.values() if isinstance(devices, dict) else ()
+    return "labrun" in data and not any(isinstance(device, dict) for device in named)
 
 
 def _contracts(
@@ -193,8 +206,17 @@ def _check_names(lab: Lab, source: Source) -> Iterator[Problem]:
             yield source.problem(place, "E112", message, f"such as {name}_", key=True)
 
 
-def _check_devices(lab: Lab, contracts: dict[str, Contract], source: Source) -> Iterator[Problem]:
+def _check_devices(
+    lab: Lab, contracts: dict[str, Contract], source: Source, path: Path | None
+) -> Iterator[Problem]:
+    ports: dict[int, str] = {}
     for name, device in lab.devices.items():
+        yield from _check_driver(name, device, source) if path is not None else ()
+        other = ports.setdefault(device.port, name) if device.port and device.driver else name
+        if other != name:
+            message = f"port {device.port} is already that of {other}"
+            hint = "without `port`, one that is free is taken"
+            yield source.problem(("devices", name, "port"), "E112", message, hint)
         contract = contracts.get(device.contract)
         if contract is None and broken(name, device, source):
             continue  # its config would say it, once it can be read
@@ -206,6 +228,22 @@ def _check_devices(lab: Lab, contracts: dict[str, Contract], source: Source) -> 
             yield source.problem(("devices", name, "contract"), "E130", message, hint)
         else:
             yield from _check_limits(name, device, contract, source)
+
+
+def _check_driver(name: str, device: LabDevice, source: Source) -> Iterator[Problem]:
+    """A driver of an unknown name; another interpreter, or a file of the lab's own, may have any."""
+    driver = device.driver
+    if driver is None or ":" in driver or device.python is not None:
+        return
+    from ...drivers import find  # only here: the lab that ships needs no driver to be read
+
+    known = find.SHIPPED if driver in find.SHIPPED else find.driver_places()
+    if driver not in known:
+        message = f"no driver {driver} is installed here{did_you_mean(driver, known)}"
+        hint = (
+            f"known: {listed(sorted(known), 60)}; one of your own is written ./my_driver.py:Class"
+        )
+        yield source.problem(("devices", name, "driver"), "W130", message, hint, severity="warning")
 
 
 def _check_limits(
@@ -226,6 +264,7 @@ def _check_limits(
             )
             continue
         unit = schemas[param].get("unit", "")
+        yield from _check_order(limit, unit, source, place)
         for bound in ("minimum", "maximum"):
             try:
                 magnitude_in(getattr(limit, bound) or 0, unit)
@@ -235,6 +274,21 @@ def _check_limits(
                 yield from _check_wider(
                     device, param, bound, schemas[param], source, (*place, bound)
                 )
+
+
+def _check_order(
+    limit: Limit, unit: str, source: Source, place: tuple[str, ...]
+) -> Iterator[Problem]:
+    """A range in which nothing lies."""
+    if limit.minimum is None or limit.maximum is None:
+        return
+    try:
+        low, high = magnitude_in(limit.minimum, unit), magnitude_in(limit.maximum, unit)
+    except UnitError:
+        return  # told of the bound
+    if low > high:
+        message = f"{place[-1]}: the minimum {limit.minimum} is above the maximum {limit.maximum}"
+        yield source.problem((*place, "minimum"), "E131", message, "exchange the two")
 
 
 def _check_wider(

@@ -98,6 +98,10 @@ class JsonReader:
 
     def key(self, pos: int) -> Node:
         if self.text[pos] != '"':
+            if single := re.compile(r"'([^'\n]*)'").match(self.text, pos):
+                raise _fault("JSON has no single quotes", pos,
+                             f'write "{shown(single[1])}", with double quotes here and elsewhere',
+                             len(single[0]))  # fmt: skip
             match = WORD.match(self.text, pos)
             word = match[0] if match else self.text[pos]
             raise _fault("a key without double quotes", pos,

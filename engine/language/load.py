@@ -27,7 +27,11 @@ EVERY_KEY = {key for kind in STEP_KINDS for key in keys_of(kind)}
 SECTIONS = ("steps", "on_resume", "finally")
 SAID = re.compile(r"(?:(do)\s+)?([A-Za-z]\w*\.\w+)\s*(\(.*\))?", re.DOTALL)
 """A step that is only text: an action, perhaps with `do` before it or called like a function."""
+EQUALS = re.compile(r"(\w+)\s*=\s*(.+)")
 STAND_IN = {"log": "-"}
+INSIDE = {"foreach": "steps", "repeat": "steps", "while": "steps", "reserve": "steps", "if": "then"}
+"""Where a step of this kind has what it does: people put an action beside it."""
+ACTION = re.compile(r"[A-Za-z]\w*\.\w+")
 
 
 class Broken(StepBase):
@@ -55,6 +59,10 @@ def read_protocol(source: Source) -> tuple[Loaded | None, list[Problem]]:
             "this is a lab file, not a protocol",
             "give it together with a protocol, as `--lab`; `labrun devices --lab FILE` checks it alone",
         )
+        return None, [source.problem((), "E113", message, hint)]
+    if strangers := _foreign(data):
+        message = "this is not a protocol: it has neither `labrun` nor `steps`"
+        hint = f"a protocol begins with `labrun: 1`; this file has {listed(strangers, 4)}"
         return None, [source.problem((), "E113", message, hint)]
     problems: list[Problem] = list(_version(data, source))
     sections: dict[str, list[Any]] = {}
@@ -84,7 +92,16 @@ def _is_lab(data: dict[str, Any]) -> bool:
     )
 
 
+def _foreign(data: dict[str, Any]) -> list[str]:
+    """The keys of a file of another program: no protocol has them, and nothing says that it is one."""
+    unknown = [key for key in data if key not in keys_of(Protocol)]
+    meant = any(key.casefold() == "labrun" or closest(key, ("steps",)) for key in data)
+    return unknown if len(unknown) > 1 and not meant else []
+
+
 def _version(data: dict[str, Any], source: Source) -> Iterator[Problem]:
+    if "labrun" not in data and any(closest(key, ("labrun",)) for key in data):
+        return  # told as an unknown key
     if "labrun" not in data:
         yield source.problem(
             (), "E111", "the key 'labrun' is missing", "a protocol begins with `labrun: 1`"
@@ -169,6 +186,8 @@ def _no_mapping(data: Any, source: Source, place: Place) -> Problem:
         keyword, action, call = said.groups()
         hint = f"write `do: {action}`" + (", and its parameters under `with`" if call else "")
         hint = f"a colon is missing: `{keyword}: {action}`" if keyword else hint
+    elif isinstance(data, str) and (said := EQUALS.fullmatch(data.strip())) and said[1] in KINDS:
+        hint = f"a key and its value have a colon between them: `{said[1]}: {shown(said[2])}`"
     elif isinstance(data, str) and (begun := data.partition(" ")[0]) in KINDS and " " in data:
         hint = f"a colon is missing: `{begun}: {shown(data.partition(' ')[2])}`"
     return source.problem(
@@ -188,6 +207,8 @@ def _kind(
     if len(found) > 1:
         message = f"a step has one keyword; this one has {listed(f'`{name}`' for name in found)}"
         hint = "make it two steps, or a group: `steps: [...]`"
+        if inside := INSIDE.get(found[0]):
+            hint = f"what it does goes below it, under `{inside}:`"
         return None, source.problem((*place, found[1]), "E115", message, hint, key=True)
     return _beside(KINDS[found[0]], data, source, place)
 
@@ -211,6 +232,11 @@ def _no_keyword(data: dict[str, Any], source: Source, place: Place) -> Problem:
             near = closest(key, KINDS)
             message = f"unknown keyword {key!r}" + (f"; did you mean {near}?" if near else "")
             hint = f"a step has one of {', '.join(KINDS)}"
+            if ACTION.fullmatch(key):
+                message = f"an action is named by `do`, not as the key {key!r}"
+                hint = f"write `do: {key}`, and its parameters under `with`"
+            elif key == "device" and isinstance(data[key], str):
+                hint = f"write `do: {data[key]}.{data.get('action', 'action')}`"
             if of := [name for name, kind in KINDS.items() if key in keys_of(kind)]:
                 message = "this step has no keyword that says what it does"
                 hint = f"`{key}` belongs to a step with {listed(of, last='or')}"

@@ -121,6 +121,8 @@ def _unreadable(whole: str, fault: BaseException) -> str:
         return f"{text}: `=` assigns a value; `==` compares"
     if "&&" in text or "||" in text or re.search(r"!(?!=)", text):
         return f"{text}: write `and`, `or`, `not`"
+    if " ? " in text:
+        return f"{text}: write `a if condition else b`"
     if word := re.search(r"\b(AND|OR|NOT|And|Or|Not)\b", text):
         return f"{text}: write `{word[1].lower()}`, in small letters"
     if "${{" in text:

@@ -6,12 +6,14 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from ...schemas.lab import Lab
 from ...schemas.problem import Problem
 from ...schemas.protocol import Group, StepBase
 from ...schemas.quantity import QUANTITY
 from .operators import words
 from .source import Source
-from .suggest import closest, did_you_mean
+from .suggest import closest, did_you_mean, listed
+from .yaml_characters import odd_characters
 from .yaml_traps import NO_BRACKETS
 
 CODES = {
@@ -56,11 +58,14 @@ WRITTEN = {
     "wait": "such as wait: 30 s",
     "at_once": "such as at_once: 3",
     "keep_going": "such as keep_going: {in_a_row: 3}",
+    "retry": "such as retry: 3",
     "watch": 'such as watch: [{when: "${{ status.floor.wet }}", then: pause}]',
 }
 """How what is often written otherwise is written."""
 OF_GROUPS = Group.model_fields.keys() - StepBase.model_fields.keys() - {"steps"}
 Place = tuple[str | int, ...]
+Found = dict[Place, list[dict[str, Any]]]
+"""The errors of pydantic at each place."""
 
 
 def keys_of(model: type[BaseModel]) -> list[str]:
@@ -85,26 +90,68 @@ def shape_problems(
     fault: ValidationError, model: type[BaseModel], data: Any, source: Source, place: Place
 ) -> Iterable[Problem]:
     """One problem for each place where pydantic found an error."""
-    found: dict[Place, list[dict[str, Any]]] = {}
+    found: Found = {}
     for error in fault.errors(include_url=False):
         path = _real_path(error["loc"], data, missing=error["type"] == "missing")
         found.setdefault(path, []).append(dict(error))
     told: set[int] = set()
+    found = _without_consequences(found, data)
     deeper = {path[:n] for path in found for n in range(len(path))}
-    unknown = {path for path, errors in found.items() if errors[0]["type"] == "extra_forbidden"}
+    unknown = [path for path, errors in found.items() if errors[0]["type"] == "extra_forbidden"]
+    beside = _parameters_beside(model, unknown)
     for path, errors in found.items():
+        if path in beside[1:]:
+            continue  # told with the first
         if errors[0]["type"] == "missing" and _misspelt(path, unknown):
             continue
         # In a union, the branch that looked inside is more precise than those that rejected it all.
         union_refusals = path in deeper and all(e["type"] in WANTED for e in errors)
         if union_refusals:
             continue
-        problem = _problem(path, errors, model, data, source, place)
+        problem = _problem(path, errors, model, data, source, place, [str(p[-1]) for p in beside])
         if problem.hint == NO_BRACKETS:  # told once for `1, 2, 3`
             if problem.line in told:
                 continue
             told.add(problem.line)
         yield problem
+
+
+def _parameters_beside(model: type[BaseModel], unknown: list[Place]) -> list[Place]:
+    """Unknown keys of an action that are like none of its keys: parameters that belong under `with`."""
+    allowed = keys_of(model)
+    if "with" not in allowed:
+        return []
+    return [path for path in unknown if len(path) == 1 and closest(str(path[0]), allowed) is None]
+
+
+def _without_consequences(found: Found, data: Any) -> Found:
+    """Without the keys that stand beside an empty one because they are not indented below it.
+
+    Where such a key holds an odd space, that is the reason, and the empty one is left out.
+    """
+    for path in list(found):
+        value, above = at(data, path), at(data, path[:-1])
+        if (
+            value is not None
+            or not path
+            or not isinstance(above, dict)
+            or not _needs_more(found[path])
+        ):
+            continue
+        after = list(above)[list(above).index(path[-1]) + 1 :] if path[-1] in above else []
+        beside = [(*path[:-1], key) for key in after if (*path[:-1], key) in found]
+        odd = any(odd_characters(str(other[-1])) for other in beside)
+        for other in [path] if odd else beside:
+            found = {
+                place: errors for place, errors in found.items() if place[: len(other)] != other
+            }
+    return found
+
+
+def _needs_more(errors: list[dict[str, Any]]) -> bool:
+    """True where keys or a list are wanted."""
+    wanted = {WANTED.get(error["type"]) for error in errors}
+    return bool(wanted) and wanted <= {"keys with values", "a list"}
 
 
 def _holds(node: Any, part: Any) -> bool:
@@ -113,7 +160,7 @@ def _holds(node: Any, part: Any) -> bool:
     return isinstance(node, dict) and part in node
 
 
-def _misspelt(path: Place, unknown: set[Place]) -> bool:
+def _misspelt(path: Place, unknown: list[Place]) -> bool:
     """True where a missing key is only misspelt, which is already reported."""
     beside = [str(other[-1]) for other in unknown if other[:-1] == path[:-1]]
     return any(closest(name, [str(path[-1])]) for name in beside)
@@ -137,7 +184,7 @@ def _real_path(location: tuple[Any, ...], data: Any, *, missing: bool) -> Place:
 
 def _problem(
     path: Place, errors: list[dict[str, Any]], model: type[BaseModel], data: Any,
-    source: Source, place: Place,
+    source: Source, place: Place, beside: list[str],
 ) -> Problem:  # fmt: skip
     kinds = [error["type"] for error in errors]
     name = _name(path)
@@ -148,6 +195,8 @@ def _problem(
             hint = f"put a group around this step: `steps: [...]` with `{name}`"
             return source.problem((*place, *path), "E110", message, hint, key=True)
         message = f"unknown key {name!r}{did_you_mean(name, allowed)}"
+        if len(beside) > 1 and name == beside[0]:
+            message = f"unknown keys {listed(repr(key) for key in beside)}"
         hint = f"allowed here: {', '.join(allowed)}" if allowed else ""
         hint += "; an action's own parameters go under `with`" if "with" in allowed else ""
         return source.problem((*place, *path), "E110", message, hint, key=True)
@@ -158,7 +207,8 @@ def _problem(
     message = _says(name, errors, value)
     at_key = any("[key]" in str(part) for error in errors for part in error["loc"])
     where = (*place, *(part for part in path if part != "[key]"))
-    hint = _way_on(path, message, path[-1] if at_key else value)
+    way_on = _way_on_in_lab if model is Lab else _way_on
+    hint = way_on(path, message, path[-1] if at_key else value)
     return source.problem(where, "E112", message, hint, key=at_key)
 
 
@@ -180,6 +230,25 @@ def _way_on(path: Place, message: str, value: Any) -> str:
     if "needs a list" in message and isinstance(value, str) and " " not in value.strip():
         return f"write `- do: {value}` below it" if "." in value else f"write [{value}]"
     return WRITTEN.get(_name(path), "")
+
+
+def _way_on_in_lab(path: Place, message: str, value: Any) -> str:
+    """What to write in a lab in place of a value of the wrong form; or nothing."""
+    match path:
+        case ("devices",):
+            return "such as devices: {gantry: {contract: gantry@1, driver: sim_gantry}}"
+        case ("devices", name) if isinstance(value, str) and not message.endswith(NAME):
+            contract = value if "@" in value else "gantry@1"
+            return f"such as {name}: {{contract: {contract}, driver: ./driver.py:Driver}}"
+        case ("devices", _, "limits", param):
+            return f"such as {param}: {{minimum: 0, maximum: 100}}"
+        case ("devices", _, "config"):
+            return "such as config: {port: /dev/ttyUSB0}"
+        case ("notify",):
+            return "such as notify: {to: [mailto://...]}"
+        case ("devices", _):
+            return "" if isinstance(value, dict) else _way_on(path[1:], message, value)
+    return _way_on(path, message, value)
 
 
 def _declared(value: Any) -> str:

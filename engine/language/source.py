@@ -7,6 +7,7 @@ from typing import Any
 from ...schemas.problem import Problem, Severity
 from .file_text import LARGEST, file_text
 from .yaml_lines import Lines
+from .yaml_looks import program
 from .yaml_node import Node, YamlFault
 from .yaml_read import read_nodes
 from .yaml_traps import key_hint, traps, value_hint
@@ -29,6 +30,7 @@ CODES = {
     "W101": "braces without a `$`: text that looks like an expression",
     "W102": "a number that begins with a zero",
     "W103": "curly quotes from a word processor, which are part of the text",
+    "W104": "a word with & that YAML takes out of a text, as an anchor",
 }
 OF_VALUES = {
     "E112",
@@ -148,6 +150,8 @@ def parse_source(text: str, path: Path, name: str) -> tuple[Source | None, list[
     """Text as a Source; `name` is the file's name in problems."""
     source = Source(path, name, text.removeprefix("\ufeff"))
     root, faults, whole = read_nodes(source.text, source.lines, json=path.suffix.lower() == ".json")
+    if root is not None and isinstance(root.value, str) and (found := program(text)):
+        root, faults = None, [found]
     if root is not None and whole:
         faults += traps(root, source.text)
     if not faults and (root is None or root.value is None):

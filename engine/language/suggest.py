@@ -14,6 +14,7 @@ MEANT = {
     "elif": "else", "elseif": "else", "otherwise": "else",
     "for": "foreach", "loop": "foreach", "until": "while",
     "inputs": "params", "returns": "outputs", "vars": "set", "variables": "set",
+    "print": "log", "echo": "log", "message": "log", "try": "steps",
     "race": "any", "together": "parallel",
     "version": "labrun", "protocol": "name",
     "float": "number", "double": "number", "int": "integer", "str": "string", "text": "string",

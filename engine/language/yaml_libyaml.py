@@ -68,6 +68,7 @@ class Wary(Composer):
             loader.dispose()
         if any(fault.code == "E103" for fault in self.faults):
             raise Unlike  # `[{a: b}:c]` is a key that is a mapping only for libyaml
+        self.ended()
         root = self.root
         if root is not None and not root.plain and self.text[root.start] in "|>":
             raise Unlike  # without indentation, libyaml reads `#` as a comment

@@ -16,6 +16,9 @@ ODD_SPACE = re.compile(
 WIDE_COLON = re.compile(r"\s*(?:- +)*\w+(：)")
 NO_SPACE = re.compile(r"\s*(?:- +)*(([A-Za-z_]\w*):([^\s:/#][^#]*))(?:#|$)")
 CURLY = "“”„«»‘’"
+FENCE = re.compile(r"\s*(?:```|~~~)")
+CONFLICT = re.compile(r"^<{7}(?: |$).*", re.MULTILINE)
+PROGRAM = re.compile(r"(?:from [\w.]+ )?import \w|def \w+\(|#!.*python")
 
 
 def looks(lines: Lines, offset: int, *, flow: bool) -> YamlFault | None:
@@ -27,10 +30,40 @@ def looks(lines: Lines, offset: int, *, flow: bool) -> YamlFault | None:
     )
     column = offset - lines.starts[number - 1]
     return (
-        _tab(lines, *here)
+        program(lines.text)
+        or _conflict(lines.text)
+        or _fence(lines, *here)
+        or _tab(lines, *here)
         or (_bare_expression(lines, *here, column) if flow else None)
         or _in_either(lines, here, above)
     )
+
+
+def program(text: str) -> YamlFault | None:
+    """A Python program where YAML is expected."""
+    begun = re.search(r"^(?!#[^!]|#$)\S", text, re.MULTILINE)
+    if begun is None or not PROGRAM.match(text, begun.start()):
+        return None
+    return YamlFault("E113", "this is a Python program, not YAML", begun.start(),
+                     "protocols and labs are YAML files; `labrun new NAME` writes a protocol")  # fmt: skip
+
+
+def _conflict(text: str) -> YamlFault | None:
+    """Two versions of a file that git could not merge."""
+    match = CONFLICT.search(text)
+    if match is None:
+        return None
+    return YamlFault("E101", "git has marked a conflict here", match.start(),
+                     "keep one of the two versions, and remove the lines <<<<<<<, ======= and >>>>>>>",
+                     len(match[0].rstrip()))  # fmt: skip
+
+
+def _fence(lines: Lines, number: int, line: str) -> YamlFault | None:
+    """Markdown around YAML, as an assistant answers."""
+    if not FENCE.match(line):
+        return None
+    return YamlFault("E101", "a fence of Markdown, which is not YAML", lines.starts[number - 1],
+                     "keep only what is between the two fences", len(line.rstrip()))  # fmt: skip
 
 
 def _in_either(

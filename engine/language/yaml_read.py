@@ -43,6 +43,7 @@ def read_by_ruamel(text: str, lines: Lines) -> Reading:
     try:
         for event in YAML(typ="safe", pure=True).parse(text):
             composer.take(event)
+        composer.ended()
     except YamlFault as fault:
         return None, [*composer.faults, fault], False
     except (YAMLError, ValueError, IndexError, AttributeError, TypeError, AssertionError) as fault:

@@ -13,15 +13,16 @@ from .yaml_characters import odd_characters
 from .yaml_node import Node, YamlFault, shown
 
 WORTH_A_LOOK = re.compile(
-    r"\$\{(?!\{)|(?<!\$)\{\{|\$\{\{(?:(?!\}\})[^\n#])*+#|[“”„«»]|(?<![\w.:,/+-])[-+]?0[0-9]+(?![\w.:/-])"
+    r"\$\{(?!\{)|(?<!\$)\{\{|\$\{\{(?:(?!\}\})[^\n#])*+#|[“”„«»‘]|(?<![\w.:,/+-])[-+]?0[0-9]+(?![\w.:/-])"
 )
 """If a text contains none of these, its values are not examined further."""
 ZEROS = re.compile(r"[-+]?0[0-9]+")
+STRAIGHT = "\"'"
 EXPRESSION = re.compile(r"\$\{\{.*?\}\}", re.DOTALL)
 BRACES = re.compile(r"(?<!\$)\{\{\s*([A-Za-z_][\w.]*)[^{}]*\}\}")
 LONE = re.compile(r"\$\{(?!\{)\s*([A-Za-z_(\d][^{}\n]*?)\s*\}")
 SURELY = re.compile(r"(?:params|steps|run|error)\.")
-WRAPPED = re.compile(r"[“”„«]([^“”„«»]*)[“”»]")
+WRAPPED = re.compile(r"[“”„«][^“”„«»\"]*[“”»\"]|‘[^‘’']*[’']")
 
 TRUTHS = {"yes": "true", "y": "true", "on": "true", "no": "false", "n": "false", "off": "false"}
 SIXTIES = re.compile(r"[-+]?([0-9]+)((?::[0-5]?[0-9])+)(\.[0-9]*)?")
@@ -32,6 +33,9 @@ NO_BRACKETS = (
 COMMA = re.compile(r"([-+]?[0-9]+),([0-9]+)( ?[^\W\d_].*)?")
 DATE = re.compile(r"[0-9]{4}-[0-9]{1,2}-[0-9]{1,2}([Tt ].*)?")
 BINARY = re.compile(r"0b[01_]+")
+SPOKEN = re.compile(r"(?:([0-9]+) ?h)? ?(?:([0-9]+) ?(?:m|min)?)? ?(?:([0-9]+) ?s)?")
+RANGE = re.compile(r"([0-9.]+) ?(?:-|\.\.|to) ?([0-9.]+)( ?[^\W\d_]+)?")
+NAMED = re.compile(r"(?:params|steps|status|run)\.\w[\w.]*")
 NO_VALUE = re.compile(r"\s*[,}]")
 NO_SPACE = re.compile(r"([A-Za-z_]\w*):([^\s/].*)", re.DOTALL)
 TEXT = re.compile(r"^(?!id ).*\b(?:needs|wants|not|or) text\b(?! or)")
@@ -87,8 +91,9 @@ def _zeros(node: Node, raw: str) -> YamlFault | None:
 def _wrapped(node: Node, raw: str) -> YamlFault | None:
     if not node.plain or not WRAPPED.fullmatch(raw):
         return None
+    quotes = "quotes" if raw[-1] in STRAIGHT else "curly quotes"
     return _warning(
-        "W103", f"the curly quotes {raw[0]} and {raw[-1]} are part of this text", node,
+        "W103", f"the {quotes} {raw[0]} and {raw[-1]} are part of this text", node,
         f'write "{shown(raw[1:-1])}"; if they are intended, put straight quotes around them',
     )  # fmt: skip
 
@@ -170,11 +175,13 @@ def _read_as_text(node: Node, text: str, message: str) -> str:
         return hint
     if match := NO_SPACE.fullmatch(text):
         return f"a space is missing after the colon: `{match[1]}: {shown(match[2])}`"
-    return odd_characters(text)
+    return odd_characters(node.value)
 
 
 def _plain_text(text: str, message: str) -> str:
-    if (truth := TRUTHS.get(text.lower())) and not re.search("needs keys|whole number", message):
+    if (truth := TRUTHS.get(text.lower())) and not re.search(
+        "(?<!keep_going )needs keys|whole number", message
+    ):
         return f"YAML 1.2 reads `{text}` as text; write {truth}"
     if match := SIXTIES.fullmatch(text):
         total = int(match[1])
@@ -182,6 +189,21 @@ def _plain_text(text: str, message: str) -> str:
             total = total * 60 + int(part)
         other = f" or {total} min" if match[2].count(":") == 1 else ""
         return f"YAML 1.2 reads `{text}` as text, not as a time; write {total} s{other}"
+    if "is not a unit" in message and (match := SPOKEN.fullmatch(text)):
+        hours, minutes, over = (int(part or 0) for part in match.groups())
+        total = hours * 3600 + minutes * 60 + over
+        return f"a time has one number and one unit; write {f'{total} s' if over else f'{total // 60} min'}"
+    if match := RANGE.fullmatch(text):
+        unit = match[3] or ""
+        span = f'"${{{{ span({match[1]}{unit}, {match[2]}{unit}, 1{unit}) }}}}"'
+        if "foreach needs" in message:
+            return f"write {span}"
+        if "the device wants" in message:
+            return (
+                f"it wants one value; a loop goes through a range, such as foreach: {{x: {span}}}"
+            )
+    if NAMED.fullmatch(text):
+        return f'write "${{{{ {text} }}}}" for its value'
     if match := GROUPED.fullmatch(text):
         return f"YAML 1.2 reads `{text}` as text; write {text.replace('_', '')}"
     if DATE.fullmatch(text):

@@ -46,6 +46,7 @@ class Composer:
         self.text = text
         self.faults: list[YamlFault] = []
         self.anchors: dict[str, Node] = {}
+        self.unrepeated: dict[str, tuple[int, int]] = {}
         self.stack: list[Open] = []
         self.root: Node | None = None
         self.documents = 0
@@ -58,6 +59,7 @@ class Composer:
             node = self._scalar(event, start, end)
             if event.anchor:
                 self.anchors[event.anchor] = node
+                self.unrepeated[event.anchor] = (start, end)
             self._place(node, start, end)
         elif kind in ("MappingStartEvent", "SequenceStartEvent"):
             self._open(event, kind, start, end)
@@ -67,6 +69,14 @@ class Composer:
             self._alias(event.anchor, start, end)
         elif kind == "DocumentStartEvent":
             self._document(event, start)
+
+    def ended(self) -> None:
+        """The text has been read: an anchor of text that nothing repeats was meant as text."""
+        for anchor, (start, end) in self.unrepeated.items():
+            self.faults.append(YamlFault(
+                "W104", f"YAML reads &{anchor} as an anchor, not as part of this text", start,
+                "put the text in quotes; if it is an anchor, nothing repeats it", end - start,
+            ))  # fmt: skip
 
     def _document(self, event: Any, start: int) -> None:
         self.documents += 1
@@ -133,6 +143,7 @@ class Composer:
 
     def _alias(self, anchor: str, start: int, end: int) -> None:
         node = self.anchors.get(anchor)
+        self.unrepeated.pop(anchor, None)
         if node is None:
             what = f"*{anchor} refers to an anchor &{anchor} that does not exist"
             if not anchor.isidentifier():

@@ -3,14 +3,18 @@
 import re
 from typing import Any
 
+from .yaml_characters import named
 from .yaml_lines import Lines
-from .yaml_looks import looks, tab
+from .yaml_looks import CURLY, looks, tab
 from .yaml_node import YamlFault, shown
 
 NO_TOKEN = re.compile(r"found character '(.+)' that cannot start any token")
 GOT = re.compile(r"but (?:got|found) \(?'?([^',)]+)'?")
 KEY = re.compile(r"[ ]*(?:-[ ]+)*([^\s:#'\"-][^:#]*):(?=\s|$)")
 QUOTE_TEXT = "put the text in quotes"
+SECOND = re.compile(r"[{,]\s*[A-Za-z]\w*:\s+[\w.]+?\s*(;|(?<=\s))\s*([a-z_]+)$")
+"""In a mapping in brackets, a key with a value of one word and another key behind it."""
+BLOCK = re.compile(r".*:\s+[|>][-+0-9]*\s*(?:#.*)?$")
 FIRST_COLON = re.compile(r"(?:^\s*|[-{,]\s+)(?:-\s+)*[^:\s]+:\s+(?=\S)")
 
 
@@ -55,8 +59,11 @@ def _translate(said: str, context: str, lines: Lines, offset: int, begun: int) -
     if "mapping values are not allowed" in said:
         return _colon(lines, number, before, offset)
     if "quoted scalar" in context or ("escape" in said and "quoted" in context):
-        return _quoted(said, offset, begun)
+        return _quoted(said, lines, offset, begun)
     if "could not find expected ':'" in said:
+        if _under_block(lines, lines.place(begun)[0]):
+            return _fault("this is indented too little to belong to the text that `|` or `>` begins", begun,
+                          "indent all lines of a text by the same, below their key")  # fmt: skip
         return _fault("a key without its `:`", begun, "write `key: value`")
     if before.rstrip()[-1:] in ("'", '"') and "${{" not in line[len(before) :]:
         return _after_quote(before.rstrip()[-1], lines, offset, before)
@@ -90,6 +97,8 @@ def _flow(said: str, context: str, lines: Lines, offset: int, begun: int) -> Yam
     if line != lines.place(offset)[0] and lines.line(lines.place(offset)[0]).lstrip()[:2] == "- ":
         return _open_bracket(closing, lines, begun)
     if here == ":" and mapping:
+        if lacking := _no_comma(lines, begun, offset):
+            return lacking
         start = max(lines.text.rfind(mark, 0, offset) for mark in ": {,") + 1
         rest = re.compile(r"[^,}\r\n]*").match(lines.text, start)
         value = shown(rest[0]) if rest is not None else ""
@@ -104,6 +113,21 @@ def _flow(said: str, context: str, lines: Lines, offset: int, begun: int) -> Yam
     where = "" if line == lines.place(offset)[0] else f" of line {line}"
     return _fault(f"a comma or {closing} is missing before this", offset,
                   f"check whether the bracket {lines.text[begun]}{where} is closed")  # fmt: skip
+
+
+def _no_comma(lines: Lines, begun: int, offset: int) -> YamlFault | None:
+    """`{do: gantry.home timeout: 5 s}`: the word before the colon is a key after a missing comma."""
+    match = SECOND.search(lines.text[begun:offset])
+    if match is None:
+        return None
+    key, mark = match[2], match[1]
+    message = (
+        f"`{mark}` does not separate entries" if mark else f"a comma is missing before `{key}:`"
+    )
+    hint = f"write `, {key}:`, or put the text in quotes if the `: ` belongs to it"
+    return _fault(
+        message, begun + (match.start(1) if mark else match.start(2)), hint, len(mark or key)
+    )
 
 
 def _open_bracket(closing: str, lines: Lines, begun: int) -> YamlFault:
@@ -126,10 +150,25 @@ def _colon(lines: Lines, number: int, before: str, offset: int) -> YamlFault:
                   offset - len(key), "align the keys", len(key))  # fmt: skip
 
 
-def _quoted(said: str, offset: int, begun: int) -> YamlFault:
+def _under_block(lines: Lines, number: int) -> bool:
+    """True for a line below text that `|` begins, indented less than that text or than is enough."""
+    depth = len(lines.line(number)) - len(lines.line(number).lstrip())
+    for above in _above(lines, number):
+        if BLOCK.match(above):
+            return True
+        if above.strip() and len(above) - len(above.lstrip()) <= depth:
+            return False
+    return False
+
+
+def _quoted(said: str, lines: Lines, offset: int, begun: int) -> YamlFault:
     if "escape" in said or "hexdecimal" in said or "hexadecimal" in said:
         message = "an unknown backslash escape"
         return _fault(message, max(begun, offset - 1), "use single quotes, or write \\\\", 2)
+    line = lines.line(lines.place(begun)[0])
+    if curly := next((mark for mark in line if mark in CURLY), None):
+        hint = f"{named(curly)} in this line is not a quote in YAML; write {lines.text[begun]}"
+        return _fault("a quote that is never closed", begun, hint)
     return _fault("a quote that is never closed", begun,
                   "close it, or double any quote that belongs to the text")  # fmt: skip
 

@@ -50,6 +50,19 @@ Fails as a lab:
           actions:
             set_range: {write: "VOLT:RANG {rnge:g}", params: {range: {unit: V}}}
 
+W130. A driver is one that ships with labrun, one that an installed package brings, or a class in a file
+of one's own. The protocol can be checked without it, not run: a warning.
+
+Passes as a lab:
+
+    devices:
+      gantry: {contract: gantry@1, driver: sim_gantry}
+
+Fails as a lab:
+
+    devices:
+      gantry: {contract: gantry@1, driver: sim_gantri}
+
 E208. A contract is named with its version, such as gantry@1, and must be one that ships with
 labrun or one of the lab's own.
 

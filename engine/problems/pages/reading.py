@@ -198,4 +198,17 @@ Fails:
 
     steps:
       - log: “ready”
+
+W104. In YAML, a word that begins with & in front of a value is its name, by which `*` repeats it. The word
+is no part of the value.
+
+Passes:
+
+    steps:
+      - log: "&c is ready"
+
+Fails:
+
+    steps:
+      - log: &c is ready
 """

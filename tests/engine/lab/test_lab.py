@@ -86,6 +86,35 @@ def test_a_start_timeout_that_is_not_a_time_is_a_problem(tmp_path, value):
 
 
 @pytest.mark.parametrize(
+    ("text", "code", "words"),
+    [
+        ("devices: {g: {contract: gantry@1, driver: sim_gantri}}", "W130", "did you mean sim_gantry?"),
+        ("devices: {g: gantry@1}", "E112", "such as g: {contract: gantry@1,"),
+        ("devices: {g: {contract: gantry@1}}", "E112", "give either `driver`"),
+        ("devices:\n  g:\n  contract: gantry@1\n  driver: sim_gantry", "E112", "indent what belongs"),
+        ("devices: [g]", "E112", "such as devices: {gantry: {contract: gantry@1"),
+        ("labrun: 1\ndevices: {g: gantry@1}\nsteps: [{do: g.home}]", "E113", "a protocol, not a lab"),
+        (
+            "devices: {g: {contract: gantry@1, driver: grbl, limits: {x: {minimum: 9, maximum: 5}}}}",
+            "E131", "the minimum 9 is above the maximum 5",
+        ),
+        (
+            "devices:\n  g: {contract: gantry@1, driver: grbl, port: 4101}\n"
+            "  h: {contract: gantry@1, driver: grbl, port: 4101}",
+            "E112", "port 4101 is already that of g",
+        ),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_a_lab_is_told_once_with_the_way_on(tmp_path, text, code, words):
+    path = tmp_path / "lab.yaml"
+    path.write_text(f"{text}\n")
+    (problem,) = load_lab(path)[1]
+
+    assert problem.code == code
+    assert words in problem.message + problem.hint
+
+
+@pytest.mark.parametrize(
     ("interlock", "words"),
     [
         ("{door: closed}", None),

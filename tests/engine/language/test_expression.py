@@ -61,7 +61,8 @@ def test_what_acts_or_cannot_be_read_is_refused_when_it_is_read(text):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("span(params.x0; 3 mm, 1 mm)", "at `;`"), ("a ? b : c", "at `?`"), ("3 mm 4", "at `4`"),
+        ("span(params.x0; 3 mm, 1 mm)", "at `;`"), ("3 mm 4", "at `4`"),
+        ("a ? b : c", "a if condition else b"),
         ("params.pitch +", "ends too early"), ("1 if", "ends too early"), ("(1", "never closed"),
         ("p.x },${{ p.y", "a } is missing"), ("1 + ${{ p.y }", "within an expression"),
     ],
