@@ -3,7 +3,7 @@ import { describe, expect, it } from 'vitest'
 import { ask } from './bench'
 import { aPerson, isLive, NARROW } from './browser'
 import { axe, picture } from './look'
-import { measuredMap } from './measured'
+import { measuredMap, startRun, until } from './measured'
 import { bench, browser } from './stage'
 
 let run: string
@@ -143,6 +143,27 @@ describe('results', () => {
 
     expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(390)
     expect(await axe(page)).toEqual([])
+    expect(faults).toEqual([])
+    await context.close()
+  })
+
+  it('are a spectrum where a run has no points, and a curve where it has no map', { tags: ['soak'] }, async () => {
+    const { page, context, faults } = await aPerson(browser, bench.entry)
+    for (const name of ['single', 'titrate']) {
+      await ask(bench, '/protocols', { name: `${name}.yaml`, template: name })
+      const made = await startRun(bench, `${name}.yaml`)
+      await until(bench, made, (told) => told.fate === 'succeeded')
+      await page.goto(`/runs/${made}`)
+      await page.getByRole('region', { name: 'How it ended' }).getByText(/lithium = \d+\.?\d{0,5} ·|end_point = /).waitFor()
+      if (name === 'single') await page.getByRole('region', { name: 'Spectrum' }).getByText('spectra/sample.csv').waitFor()
+      await page.goto('/results')
+      await page.getByRole('list', { name: 'Runs with results' }).getByRole('listitem').filter({ hasText: made }).getByRole('link').first().click()
+      if (name === 'single') await page.getByRole('application', { name: 'Spectrum of spectra/sample.csv' }).waitFor()
+      else await page.getByRole('application', { name: 'ph over volume_ml' }).waitFor()
+      await picture(page, `results-${name}`)
+
+      expect(await axe(page)).toEqual([])
+    }
     expect(faults).toEqual([])
     await context.close()
   })

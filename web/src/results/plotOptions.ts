@@ -21,6 +21,8 @@ export interface PlotWish {
   theme: Theme
   /** Compress the counts axis (asinh), so that small peaks show beside large ones. */
   squeezed: boolean
+  /** What the axes are, if not wavelength and counts. */
+  names?: readonly [across: string, up: string] | undefined
   peaks: () => readonly LabelledPeak[]
   cursor: (nm: number | null) => void
   zoomed: (low: number, high: number) => void
@@ -29,7 +31,7 @@ export interface PlotWish {
 const LABEL_ROOM_PX = 20
 
 export function plotOptions(wish: PlotWish): uPlot.Options {
-  const { theme } = wish
+  const { theme, names: [across, up] = ['wavelength (nm)', 'counts'] } = wish
   const axis = { stroke: theme.muted, grid: { stroke: theme.line, width: 1 }, ticks: { stroke: theme.line, width: 1 }, font: '12px system-ui, sans-serif' }
   return {
     width: wish.width, height: wish.height, padding: [LABEL_ROOM_PX, 12, 0, 0],
@@ -37,8 +39,8 @@ export function plotOptions(wish: PlotWish): uPlot.Options {
     cursor: { y: false, drag: { x: true, y: false }, points: { show: false } },
     scales: { x: { time: false }, y: { distr: wish.squeezed ? 4 : 1, asinh: 30, range: (_plot, low, high) => headroom(low, high) } },
     axes: [
-      { ...axis, label: 'wavelength (nm)', labelSize: 22, labelFont: '12px system-ui, sans-serif', size: 34 },
-      { ...axis, label: 'counts', labelSize: 20, labelFont: '12px system-ui, sans-serif', size: 50, values: (_plot, ticks) => ticks.map(shortNumber) },
+      { ...axis, label: across, labelSize: 22, labelFont: '12px system-ui, sans-serif', size: 34 },
+      { ...axis, label: up, labelSize: 20, labelFont: '12px system-ui, sans-serif', size: 50, values: (_plot, ticks) => ticks.map(shortNumber) },
     ],
     series: [
       {},

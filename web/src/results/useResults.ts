@@ -26,10 +26,10 @@ export function useResults(run: () => string) {
   let cells = new Map<string, Promise<Float32Array>>()
   let asked = 0
 
-  /** The spectrum file of each point; files without a point are left out. */
+  /** The spectrum of each point; of one without a point, by its file. */
   const byKey = computed(() => {
     const found = new Map<string, SpectrumHead>()
-    for (const head of spectra.value) if (head.key !== null && !found.has(head.key)) found.set(head.key, head)
+    for (const head of spectra.value) if (!found.has(head.key ?? head.file)) found.set(head.key ?? head.file, head)
     return found
   })
 

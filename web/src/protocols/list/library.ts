@@ -1,5 +1,5 @@
 // The protocols of the bench: listed, created, deleted and restored.
-import { onScopeDispose, ref, shallowRef } from 'vue'
+import { computed, onScopeDispose, ref, shallowRef } from 'vue'
 import { api, read } from '../../api/client'
 import { sentenceOf } from '../../api/refused'
 import type { Sent, Received } from '../../api/types'
@@ -16,17 +16,20 @@ export type Thrown = Received<'Thrown'>
 export function useLibrary() {
   const protocols = shallowRef<readonly Summary[] | null>(null)
   const trash = shallowRef<readonly Thrown[]>([])
-  const failure = ref('')
+  const refused = ref('')
+  const unlisted = ref('')
+  /** What was refused stays until the next attempt: the list is read again meanwhile. */
+  const failure = computed({ get: () => refused.value || unlisted.value, set: (words) => (refused.value = words) })
   let timer: ReturnType<typeof setTimeout> | undefined
   let looks = 0
 
-  async function attempt<T>(ask: () => Promise<T>): Promise<T | null> {
+  async function attempt<T>(ask: () => Promise<T>, said = refused): Promise<T | null> {
     try {
       const told = await ask()
-      failure.value = ''
+      said.value = ''
       return told
     } catch (refusal) {
-      failure.value = sentenceOf(refusal)
+      said.value = sentenceOf(refusal)
       return null
     }
   }
@@ -36,10 +39,10 @@ export function useLibrary() {
       const [all, thrown] = await Promise.all([read(api.GET('/api/v1/protocols')), read(api.GET('/api/v1/trash'))])
       protocols.value = all as unknown as readonly Summary[]
       trash.value = thrown as unknown as readonly Thrown[]
-    })
+    }, unlisted)
     clearTimeout(timer)
     // A list that could not be had is asked for again, too: a server that was busy is there a moment later.
-    const waiting = failure.value !== '' || protocols.value?.some((one) => one.errors === null) === true
+    const waiting = unlisted.value !== '' || protocols.value?.some((one) => one.errors === null) === true
     if (waiting && looks++ < MOST_LOOKS) timer = setTimeout(() => void load(), AGAIN_MS)
   }
   onScopeDispose(() => clearTimeout(timer))

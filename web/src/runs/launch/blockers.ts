@@ -7,7 +7,7 @@ export interface DeviceCheck {
   word: string
   /** Empty if the device is free. */
   blocker: string
-  /** The run that holds it. */
+  /** The run that holds it, if it has begun. */
   run: string | null
 }
 
@@ -22,7 +22,7 @@ export function deviceChecks(
     const state = devices[name]
     if (!state) return check(role, name, 'unknown', `${name} is unknown to the server`)
     if (state.reach !== 'online') return check(role, name, state.reach, state.reason || `${name} is ${state.reach}`)
-    if (state.used_by) return { ...check(role, name, state.word, `${name} is used by ${state.used_by}`), run: state.used_by }
+    if (state.used_by) return { ...check(role, name, state.word, `${name} is used by ${state.used_by}`), run: state.used_by.includes(' ') ? null : state.used_by }
     if (state.goal) return check(role, name, state.word, `${name} is busy with a manual action`)
     return check(role, name, state.word, '')
   })

@@ -34,6 +34,12 @@ test('a finished run shows what it never reached, except steps that leave no rec
   expect(says(picture)).toEqual(['failed', '- not run', '-', '-', '-', '- not run', '- not run'])
 })
 
+test('a loop within a loop of a run that succeeded is done, though nothing records its end', () => {
+  const picture = run(false, { 'main/group/scan': 'waiting', 'main/group/scan/*/shoot': 'ok' }, null, 'succeeded')
+
+  expect(says(picture)[4]).toBe('ok')
+})
+
 test('nothing of an aborted run waits or runs while its report is written', () => {
   const picture = run(true, { 'main/ready': 'ok', 'main/go_ahead': 'ok', 'main/group/scan': 'waiting' }, null, 'aborted')
 

@@ -19,6 +19,8 @@ export function stepStatus(step: OutlineNode, run: RunPicture): StepSays {
   if (own !== undefined && own !== 'waiting') return { status: own, words: '' }
   const goesOn = run.head.live && !isOver(run.head.fate) // its report may still be written
   if (goesOn && isInside(step, run)) return { status: 'running', words: '' }
+  // A loop within a loop leaves no record of its end.
+  if (own === 'waiting' && run.head.fate === 'succeeded') return { status: 'ok', words: '' }
   if (own === 'waiting') return { status: goesOn ? 'waiting' : null, words: goesOn ? '' : 'not finished' }
   if (goesOn) return { status: 'waiting', words: '' }
   return { status: null, words: LEAVE_RECORDS.has(step.kind) ? 'not run' : '' }
