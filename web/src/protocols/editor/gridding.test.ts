@@ -54,6 +54,7 @@ test('the corners of a grid that holds its own lengths are written into it, by w
   expect(edited(GRID, (one) => stretchTo(one, 17.2, 21))).toEqual(set("${{ grid(x=span(10 mm, 18 mm, 2 mm), y=span(0 mm, 20 mm, 5 mm), order='snake') }}"))
   expect(edited(GRID, (one) => stretchTo(one, 3.2, -11))).toEqual(set("${{ grid(x=span(4 mm, 10 mm, 2 mm), y=span(-10 mm, 0 mm, 5 mm), order='snake') }}"))
   expect(edited(GRID.replace('0 mm, 10 mm, 5 mm', '10 mm, 0 mm, -5 mm'), (one) => one.to({ x: 30, y: 40, width: 9, height: 11 }, 'both'))).toEqual(set("${{ grid(x=span(30 mm, 38 mm, 2 mm), y=span(50 mm, 40 mm, -5 mm), order='snake') }}"))
+  expect(edited(GRID, (one) => one.to({ x: 30, y: 40, width: 9, height: 10 }, 'origin'))).toEqual(set("${{ grid(x=span(30 mm, 39 mm, 2 mm, fit='inside'), y=span(40 mm, 50 mm, 5 mm), order='snake') }}"))
   expect(edited(GRID, (one) => one.to({ x: 30, y: 40, width: 9, height: 11 }, 'both'))).toEqual(set("${{ grid(x=span(30 mm, 38 mm, 2 mm), y=span(40 mm, 50 mm, 5 mm), order='snake') }}"))
 })
 
