@@ -10,6 +10,8 @@ import time
 
 import pytest
 
+from ...ctrl_c import TO_ONE
+
 COMMAND = [sys.executable, "-m", "labrun.engine", "call"]
 LAB = """
 name: slow
@@ -27,6 +29,7 @@ def called(folder, lab, *words):
     )  # fmt: skip
 
 
+@TO_ONE
 @pytest.mark.parametrize(
     ("number", "word", "status"),
     [(signal.SIGINT, "Ctrl-C", 130), (signal.SIGTERM, "SIGTERM", 1)],
@@ -54,6 +57,7 @@ def carriage(folder):
     return {"x": 0} if found is None else json.loads(found.read_text())
 
 
+@TO_ONE
 @pytest.mark.slow
 def test_an_axis_does_not_drive_on_after_ctrl_c(tmp_path):
     lab = tmp_path / "lab.yaml"
@@ -84,6 +88,7 @@ class Slow(SimBalance):
 """
 
 
+@TO_ONE
 @pytest.mark.slow
 def test_ctrl_c_before_anything_was_sent_says_so(tmp_path):
     (tmp_path / "slow.py").write_text(SLOW)

@@ -8,6 +8,8 @@ import time
 
 import pytest
 
+from ...ctrl_c import TO_ONE
+
 COMMAND = [sys.executable, "-m", "labrun.engine"]
 LAB = """
 name: own
@@ -119,6 +121,7 @@ def test_a_device_that_is_not_in_the_lab_is_refused(tmp_path, bench):
     assert "no device 'gantri'" in stopped.stderr
 
 
+@TO_ONE
 @pytest.mark.slow
 def test_the_device_of_a_live_run_is_found_stopped_and_shown(tmp_path):
     (tmp_path / "lab.yaml").write_text(LAB)

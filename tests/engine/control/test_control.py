@@ -13,6 +13,8 @@ from labrun.engine.control.server import NotLive, Silent, ask_run
 from labrun.engine.journal.journal import read_records
 from labrun.engine.run.folder import FolderLock
 
+from ...ctrl_c import TO_ONE
+
 COMMAND = [sys.executable, "-m", "labrun.engine"]
 HEADER = "labrun: 1\nname: live\ndevices: {a: scripted@1, b: scripted@1}\n"
 LONG = """
@@ -113,6 +115,7 @@ def test_a_paused_run_finishes_what_runs_and_then_sends_nothing(tmp_path, bench)
     assert f"(labrun abort on {socket.gethostname()})" in live.records[-1].reason
 
 
+@TO_ONE
 def test_ctrl_c_aborts_with_130_and_sigterm_with_1(tmp_path, bench):
     for name, number, status in (("c", signal.SIGINT, 130), ("t", signal.SIGTERM, 1)):
         folder = tmp_path / name
@@ -126,6 +129,7 @@ def test_ctrl_c_aborts_with_130_and_sigterm_with_1(tmp_path, bench):
         assert [c["name"] for c in live.calls][-1] == "last"
 
 
+@TO_ONE
 def test_a_second_ctrl_c_is_immediate_but_still_makes_the_devices_safe(tmp_path, bench):
     live = Live(
         tmp_path, bench,
@@ -193,6 +197,7 @@ def test_on_error_pause_holds_and_continue_tries_the_step_again(tmp_path, bench)
     assert [c["word"] for c in live.calls if c["word"] != "done"] == ["Broken", "ok"]
 
 
+@TO_ONE
 @pytest.mark.slow
 def test_an_abort_of_a_run_that_an_error_has_paused_runs_finally(tmp_path, bench):
     live = Live(

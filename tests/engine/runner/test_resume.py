@@ -12,6 +12,8 @@ import pytest
 
 from labrun.engine.journal.journal import read_records
 
+from ...ctrl_c import TO_ONE
+
 PROTOCOL = """labrun: 1
 name: killed
 devices: {a: scripted@1, b: scripted@1}
@@ -187,6 +189,7 @@ def test_a_run_that_has_succeeded_is_not_resumed(tmp_path, bench):
     assert "has already succeeded" in again.stderr
 
 
+@TO_ONE
 @pytest.mark.slow
 def test_a_second_engine_is_refused_while_the_first_lives(tmp_path, bench):
     text = PROTOCOL.replace("name: begin", "name: begin, seconds: 5")

@@ -14,6 +14,8 @@ import pytest
 from labrun.engine.runner.reports import make_reports
 from labrun.web.report.report import make
 
+from ...ctrl_c import TO_ONE
+
 COMMAND = [sys.executable, "-m", "labrun.engine"]
 FAULTS = "measure: {ButtonNotFound: 0.3, DialogOpen: 0.3}, export: 0.3"
 LAB = """simulated: true
@@ -166,7 +168,7 @@ def test_a_run_that_was_killed_has_a_report_before_and_after_it_went_on(tmp_path
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for another process")
+@TO_ONE
 def test_a_run_that_is_aborted_while_a_report_is_made_is_running_first_and_aborted_then(
     tmp_path, outline
 ):
