@@ -4,8 +4,10 @@ A library may also be there and lack another one of the system's, which pip does
 """
 
 import sys
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 EXTRAS = {
     "spectra": ("numpy", "scipy", "numba", "matplotlib", "pyarrow"),
@@ -76,6 +78,14 @@ def not_installed(fault: ImportError, extra: str | None = None) -> str | None:
     if not isinstance(fault, ModuleNotFoundError):
         return f"{library} is installed, but cannot be loaded: {_why(fault)}"
     return f"{library} is not installed; add it with: {line(extra)}"
+
+
+def needed(module: str) -> Any:
+    """The module of an extra; raises OSError with the line that adds it."""
+    try:
+        return import_module(module)
+    except ImportError as fault:
+        raise OSError(not_installed(fault) or str(fault)) from fault
 
 
 def in_words(fault: BaseException) -> str:

@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ...schemas.contract import Happened
 from ...schemas.quantity import UnitError, kind_of_unit, magnitude_in, quantity, registry, unit_of
 from .number_forms import FORMS, decimals
 
@@ -39,6 +40,11 @@ POWER = re.compile(r"(?<=[A-Za-zµμ])(?=-?\d)")
 DIGITS = re.compile(r"[+-]?\d{1,30}")
 UNIT = re.compile(r"[\w%°µμΩ/*^·() +.-]+")
 """What a unit is written with: a mark behind it says something else, that a balance does not stand still."""
+NUMBER_ERRORS: dict[str, tuple[Happened, str]] = {
+    "BadAnswer": ("unknown", "The answer is not what this action returns"),
+    "Overload": ("yes", "The instrument answered that the value is beyond its range"),
+    "NotANumber": ("yes", "The instrument answered that it has no value"),
+}
 OWN = ("scale", "offset", "base", "bit", "bits", "words", "power", "decimal", *FORMS)
 """How a value is written, as a lab says it: value = what is written × scale + offset."""
 TRUE, FALSE = {"1", "on", "true", "yes"}, {"0", "off", "false", "no"}
@@ -190,16 +196,15 @@ def value(text: str, schema: Mapping[str, Any]) -> Any:
     plain, kind = text.strip(), _kind(schema)
     if kind == "array":
         return _array(_fields(plain), items_of(schema))
+    if which := schema.get("bits") or ([schema["bit"]] * 2 if "bit" in schema else None):
+        rest = {key: one for key, one in schema.items() if key not in ("bit", "bits", "base")}
+        kind = {"type": "boolean"} if "bit" in schema else {}
+        return value(str(some_bits(_whole(plain, schema), which)), {**kind, **rest})
     if "words" in schema:
         for word, written in words_of(schema).items():
             if plain.strip("\"'").lower() == str(written).strip().lower():
                 return word
         raise BadAnswer(f"{plain!r} is none of {', '.join(map(str, schema['words'].values()))}")
-    if "bit" in schema:
-        return bool(_whole(plain, schema) >> int(schema["bit"]) & 1)
-    if "bits" in schema:
-        number = some_bits(_whole(plain, schema), schema["bits"])
-        return _scaled(number, schema, whole=kind == "integer")
     if kind in ("number", "integer"):
         return _number(plain, schema, whole=kind == "integer")
     if kind == "boolean":
@@ -220,6 +225,8 @@ def _formed_value(text: str, schema: Mapping[str, Any]) -> Any:
     if len(numbers) > 1 and _kind(schema) != "array":
         raise BadAnswer(f"{len(text)} bytes are {len(numbers)} numbers of {schema['bytes']}")
     decimal = {key: value for key, value in schema.items() if key not in ("base", *FORMS)}
+    if _kind(schema) == "boolean" and not {"bit", "words"} & set(schema):
+        return float(numbers[0]) != 0
     return value(",".join(numbers), decimal)
 
 

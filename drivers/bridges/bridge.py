@@ -13,13 +13,14 @@ from pydantic import ValidationError
 
 from ...schemas.contract import Action
 from ...schemas.model import first_fault
+from ...schemas.patterns import regular_expression
 from ...schemas.quantity import seconds
 from ...system.extras import absent
 from ...system.tasks import end, first_of, spawn
 from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
 from .answers import BadAnswer, NoNumber
 from .channel import Channel
-from .config import ActionConfig, BridgeConfig, of_action
+from .config import ActionConfig, BridgeConfig, ErrorConfig, chosen, of_action
 from .lines import NoAnswer
 from .record import OnceRecord
 from .resource import is_visa
@@ -100,6 +101,22 @@ class Bridge(Driver):
         """The schemas of what may stand in what is sent, and how each is written."""
         return {**self.config.known(), **self.config.written(action.param_schemas(), said.params)}
 
+    def returns(self, said: Any, action: Action) -> Values:
+        """The schemas of what is returned, and how each is written."""
+        return self.config.written(action.returns.get("properties", {}), said.returns)
+
+    def named(self, said: Any, code: int | None, text: str) -> tuple[str, ErrorConfig] | None:
+        """The error that the lab names for this code, or for an answer with its pattern in it."""
+        for name, error in {**self.config.errors, **said.errors}.items():
+            fits = error.answer is None or self.pattern(error.answer).search(text)
+            if chosen(error, ("code", "answer")) and error.code in (None, code) and fits:
+                return name, error
+        return None
+
+    def pattern(self, words: str) -> Any:
+        """An expression for an answer; raises PatternFault."""
+        return regular_expression(words)
+
     def answers(self, said: Any) -> bool:
         """Whether an action is answered by the instrument: what is only written may be lost."""
         return True
@@ -115,12 +132,22 @@ class Bridge(Driver):
 
     async def open(self) -> None:
         self.record.open()
+        async with self._turn_on_line():
+            await self._connect()
+
+    async def _connect(self) -> None:
+        """Be ready, or leave nothing open; raises OSError."""
         try:
-            async with self._turn_on_line():
-                await self.ready(self.timeout_s(None))
+            await self.ready(self.timeout_s(None))
         except BaseException:  # a cancel as well
             await self.drop()
             raise
+
+    async def greet(self, said: Any) -> None:
+        """Do what comes first: what it returns may stand in all that is sent."""
+        self.known = {}
+        action = Action(returns={"properties": dict(said.returns)})
+        self.known = await self.perform(said, action, {}, GoalContext("hello"))
 
     @contextlib.asynccontextmanager
     async def _turn_on_line(self) -> AsyncIterator[None]:
@@ -142,7 +169,7 @@ class Bridge(Driver):
     async def _ready_unless_shared(self) -> None:
         """Be ready, unless that has to wait for the line; raises OSError."""
         if self.line is None:
-            await self.ready(self.timeout_s(None))
+            await self._connect()
 
     async def _exchange(self, name: str, values: Values, goal: GoalContext) -> Values:
         """Perform it, once connected; of a shared line it is let go of again."""
@@ -173,11 +200,7 @@ class Bridge(Driver):
         """The last values; what is due is read beside, since an instrument may be slow."""
         now = asyncio.get_running_loop().time()
         idle = (self._look is None or self._look.done()) and not self._turn.locked()
-        if (
-            self.config.status_actions()
-            and idle
-            and now - self._looked_at >= seconds(self.config.every)
-        ):
+        if self.config.status and idle and now - self._looked_at >= seconds(self.config.every):
             self._looked_at = now
             look = self._look = spawn(
                 f"look at {self.place.device}", self._read_status(), expected=(OSError,)
@@ -188,7 +211,7 @@ class Bridge(Driver):
         return dict(self._latest)
 
     async def _read_status(self) -> None:
-        for name in self.config.status_actions():
+        for name in self.config.status:
             fields = dict.fromkeys(self._said[name].returns)
             try:
                 self._latest |= await self._do(name, GoalContext(f"status:{name}"))

@@ -9,10 +9,9 @@ import contextlib
 import errno
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from importlib import import_module
 from typing import Any
 
-from ...system.extras import not_installed
+from ...system.extras import needed
 from ..serial_io.condition import Condition
 from ..serial_io.open_port import OpenPort
 from ..serial_io.port import SerialPort
@@ -233,11 +232,7 @@ class Visa(Channel):
         self.is_open = True
 
     def _open(self, timeout_s: float) -> None:
-        try:
-            pyvisa = import_module("pyvisa")
-        except ImportError as fault:
-            raise OSError(not_installed(fault) or str(fault)) from fault
-        self._manager = pyvisa.ResourceManager(self._library)
+        self._manager = needed("pyvisa").ResourceManager(self._library)
         self._session = self._manager.open_resource(
             self.resource.name, open_timeout=int(timeout_s * 1000)
         )

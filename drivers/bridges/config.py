@@ -8,9 +8,9 @@ import contextlib
 import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, field_validator
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from ...schemas.contract import (
     Action,
@@ -24,13 +24,34 @@ from ...schemas.contract import (
 )
 from ...schemas.model import Model
 from ...schemas.patterns import PatternFault, regular_expression
-from ...schemas.quantity import UnitError, seconds
+from ...schemas.quantity import Duration, seconds
 
 LAST_ONCE = "last_once"
 """The probe of every `once` action without its own: the driver's record of what it sent."""
-Time = int | float | str
 WHOLE = re.compile(r"\{(\w+)\}")
 """A placeholder that stands alone: the value itself, not its text."""
+
+
+def pattern(value: Any) -> Any:
+    """A regular expression, or what is no text; raises ValueError with the reason if it is none."""
+    try:
+        if isinstance(value, str):
+            regular_expression(value)
+    except PatternFault as fault:
+        raise ValueError(f"{value!r} is not a regular expression: {fault}") from fault
+    return value
+
+
+def chosen(model: Model, names: Collection[str]) -> list[str]:
+    """Those of its keys that are said."""
+    return [name for name in names if getattr(model, name) is not None]
+
+
+Pattern = Annotated[str, AfterValidator(pattern)]
+LISTED = BeforeValidator(
+    lambda value: value if isinstance(value, list) else [] if value is None else [value]
+)
+"""One may stand for a list of one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,12 +67,7 @@ class ErrorConfig(ActionError):
     """An error: its code (SCPI, HTTP, Modbus) or a pattern of the answer by which it is known."""
 
     code: int | None = None
-    answer: str | None = None
-
-    @field_validator("answer")
-    @classmethod
-    def _is_a_pattern(cls, value: str | None) -> str | None:
-        return pattern(value)
+    answer: Pattern | None = None
 
 
 class ActionConfig(Model):
@@ -64,18 +80,13 @@ class ActionConfig(Model):
     effect: Effect | None = None
     probe: str | None = None
     count: str | None = None
-    duration: str | None = None
+    duration: Duration | None = None
     takes: str = ""
-    timeout: Time | None = None
+    timeout: Duration | None = None
     until: dict[str, Any] | None = None
     cancel: bool = False
     danger: Danger | None = None
     sets: str = ""
-
-    @field_validator("timeout", "duration")
-    @classmethod
-    def _is_a_time(cls, value: Time | None) -> Time | None:
-        return time(value)
 
     def guessed_effect(self) -> Effect:
         """`once` unless the bridge knows better: it may not happen twice by accident."""
@@ -94,28 +105,22 @@ class BridgeConfig(Model):
     elsewhere: ClassVar[str] = ": a library's value is what it is; compute in the protocol"
     """Where those keys stand that this config's values do not have."""
     own_errors: ClassVar[dict[str, tuple[Happened, str]]] = {}
+    abort_is_action: ClassVar[bool] = True
+    """Its name; otherwise the text that is sent."""
 
     summary: str = ""
-    timeout: Time = 5
+    timeout: Duration = 5
     errors: dict[Name, ErrorConfig] = Field(default_factory=dict)
     safe_state: list[str] = Field(default_factory=list)
     on_lease_lapse: Literal["finish", "cancel", "safe"] = "finish"
-    every: Time = 5
-    poll: Time = 0.5
+    every: Duration = 5
+    poll: Duration = 0.5
+    status: list[str] = Field(default_factory=list)
     abort: str | None = None
-
-    @field_validator("timeout", "every", "poll")
-    @classmethod
-    def _is_a_time(cls, value: Time) -> Any:
-        return time(value)
 
     def said(self) -> dict[str, Any]:
         """Action name -> its `ActionConfig`."""
         return dict(getattr(self, "actions", {}))
-
-    def status_actions(self) -> list[str]:
-        """The actions that make up the status."""
-        return list(getattr(self, "status", []))
 
     def known(self) -> dict[str, JsonSchema]:
         """What the instrument says when it is connected: its values may stand in all that is sent."""
@@ -127,7 +132,7 @@ class BridgeConfig(Model):
         kept = {n for n, a in actions.items() if a.probe == LAST_ONCE}
         if kept and LAST_ONCE not in actions:
             actions[LAST_ONCE] = _last_once([actions[name] for name in sorted(kept)])
-        fields = [self.said()[n].returns for n in self.status_actions() if n in self.said()]
+        fields = [self.said()[n].returns for n in self.status if n in self.said()]
         status = {n: self._nullable(s) for returns in fields for n, s in returns.items()}
         return Contract(
             type=type_, summary=self.summary, safe_state=self.safe_state,
@@ -154,20 +159,22 @@ class BridgeConfig(Model):
     def _duration(self, said: ActionConfig) -> str:
         """Unless it is said: a second, or half of a longer timeout."""
         limit_s = seconds(self.timeout if said.timeout is None else said.timeout)
-        return said.duration or (f"{limit_s / 2:g} s" if limit_s > 10 else "1 s")
+        usual_s = limit_s / 2 if limit_s > 10 else 1.0
+        asked = said.duration or usual_s
+        return asked if isinstance(asked, str) else f"{asked:g} s"
 
     def _plain(self, schema: JsonSchema) -> JsonSchema:
         own = {key: schema[key] for key in self.own_keys if key in schema}
         plain = {key: value for key, value in schema.items() if key not in own}
-        if "bit" in own:
-            plain = {"type": "boolean", **plain}
-        elif "bits" in own and "unit" not in plain:
-            plain = {"type": "integer", **plain}
-        elif isinstance(own.get("words"), dict) and "type" not in plain:
+        if isinstance(own.get("words"), dict) and "type" not in plain:
             from .answers import words_of
 
             with contextlib.suppress(ValueError):  # a word that is no number is told as a fault
                 plain = {"enum": list(words_of(schema)), **plain}
+        elif "bit" in own:
+            plain = {"type": "boolean", **plain}
+        elif "bits" in own and "unit" not in plain:
+            plain = {"type": "integer", **plain}
         return typed(plain)
 
     def written(
@@ -205,9 +212,11 @@ class BridgeConfig(Model):
                     f"{contract.type} has no action {name}; it has {_listed(contract.actions)}"
                 )
                 yield ConfigFault(("actions", name), message, True)
-        for key, names in (("safe_state", self.safe_state), ("status", self.status_actions())):
+        for key, names in (("safe_state", self.safe_state), ("status", self.status)):
             for index, name in enumerate(names):
                 yield from self._named((key, index), name)
+        if self.abort is not None and self.abort_is_action:
+            yield from self._named(("abort",), self.abort)
 
     def _action_faults(
         self, name: str, said: ActionConfig, action: Action, *, apart: bool
@@ -298,25 +307,6 @@ def typed(schema: JsonSchema) -> JsonSchema:
     samples = [*schema.get("enum", []), *([schema["default"]] if "default" in schema else [])]
     kinds = {bool: "boolean", int: "integer", float: "number", str: "string"}
     return {"type": kinds.get(type(samples[0]), "string") if samples else "number", **schema}
-
-
-def pattern(value: str | None) -> str | None:
-    """A regular expression; raises ValueError with the reason if it is none."""
-    try:
-        regular_expression(value or "")
-    except PatternFault as fault:
-        raise ValueError(f"{value!r} is not a regular expression: {fault}") from fault
-    return value
-
-
-def time(value: Time | None) -> Time | None:
-    """A time longer than 0 s; raises ValueError."""
-    try:
-        if value is None or seconds(value) > 0:
-            return value
-    except (UnitError, TypeError):
-        pass  # what it is not is said below
-    raise ValueError(f"{value!r} is not a time longer than 0 s, such as `2 s`")
 
 
 def _object(properties: dict[str, Any], needed: list[str], *, closed: bool = False) -> JsonSchema:

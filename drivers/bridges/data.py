@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Mapping
 from enum import Enum
 from typing import Any
 
@@ -30,6 +31,20 @@ def found_at(data: Any, name: str, at: str, schema: dict[str, Any]) -> Any:
     if set(OWN) & set(schema):
         return value(plainly(data), schema)
     return plain(data, schema)
+
+
+def json_values(text: str, returns: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of JSON, each where its `at` or its name says; a text that is none may be a single one.
+
+    Raises BadAnswer or NoNumber.
+    """
+    try:
+        told = json.loads(text)
+    except ValueError as fault:
+        if len(returns) > 1 or not text.strip() or any("at" in one for one in returns.values()):
+            raise BadAnswer("it is no JSON") from fault
+        told = text
+    return {name: found_at(told, name, s.get("at", ""), s) for name, s in returns.items()}
 
 
 def plain(found: Any, schema: dict[str, Any]) -> Any:

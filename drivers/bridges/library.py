@@ -21,13 +21,12 @@ from pydantic import Field, model_validator
 from ...schemas.contract import Action, Effect, Name
 from ...system.extras import EXTRAS, absent, not_installed
 from ..driver import ActionFailed, GoalContext
-from .answers import BadAnswer
+from .answers import NUMBER_ERRORS, BadAnswer
 from .bridge import ABORTED_S, Bridge, Values
-from .by_action import ByAction
-from .config import ActionConfig
+from .config import ActionConfig, BridgeConfig, chosen
 from .data import found_at, plain
-from .line_bridge import NUMBER_ERRORS
 from .lines import NoAnswer
+from .resource import Served
 from .template import fill
 
 LOG = logging.getLogger("labrun")
@@ -52,7 +51,7 @@ class LibraryAction(ActionConfig):
 
     @model_validator(mode="after")
     def _one(self) -> "LibraryAction":
-        if len([one for one in (self.get, self.set, self.call) if one is not None]) != 1:
+        if len(chosen(self, ("get", "set", "call"))) != 1:
             raise ValueError("it needs one of `get: property`, `set: property` and `call: method`")
         if self.set is not None and len(self.params.keys() - self.in_path) > 1:
             raise ValueError("a property is set to one parameter, beside those in its path")
@@ -76,14 +75,13 @@ class LibraryAction(ActionConfig):
         return "pure" if self.get is not None else "once"
 
 
-class LibraryActions(ByAction):
+class LibraryActions(BridgeConfig):
     """What the config of every driver has that calls a library."""
 
     own_keys = ("at",)
     own_errors = NUMBER_ERRORS  # type: ignore[assignment]
 
     actions: dict[Name, LibraryAction] = Field(min_length=1)
-    status: list[str] = Field(default_factory=list)
 
 
 class LibraryConfig(LibraryActions):
@@ -93,12 +91,10 @@ class LibraryConfig(LibraryActions):
     options: dict[str, Any] = Field(default_factory=dict)
 
 
-class ServerConfig(LibraryActions):
+class ServerConfig(Served, LibraryActions):
     """For a server that says itself what it has, at its `url`."""
 
     own_errors = {**NUMBER_ERRORS, **FAILED}  # type: ignore[assignment] # noqa: RUF012
-
-    url: str
 
     @property
     def instrument(self) -> str:
@@ -192,7 +188,6 @@ class Library(Bridge):
         try:
             self._instrument = await self._run(self.connect)
         except Exception as fault:  # whatever the library raises
-            await self.drop()
             resource = getattr(self.config, "resource", None)
             where = f" at {resource}" if resource else ""
             raise OSError(f"{self.config.instrument}{where}: {fault}") from fault
@@ -229,21 +224,25 @@ class Library(Bridge):
                 found = await self._run(self._do_it, said, action, values, beside=beside)
         except TimeoutError as fault:
             raise NoAnswer(f"{self.library} has not returned within {limit_s:g} s") from fault
-        except Refused as fault:
-            raise ActionFailed(
-                "Rejected", f"{said.get or said.set or said.call}: {fault}", "no"
-            ) from fault
-        except (ValueError, LookupError) as fault:
-            raise BadAnswer(f"{self.library} cannot read the answer: {fault}") from fault
-        except ActionFailed:
-            raise
         except Exception as fault:  # VISA's, the adapters' and the instruments' own
-            if "VI_ERROR_TMO" in str(fault) or "imeout" in type(fault).__name__:
-                raise NoAnswer(f"the instrument was silent{self.silent_hint} ({fault})") from fault
-            LOG.exception("%s of %s failed", said.path, self.place.device)
-            raise OSError(f"{type(fault).__name__}: {fault}") from fault
-        returns = self.config.written(action.returns.get("properties", {}), said.returns)
-        return returned(found, returns, self.library)
+            raise self._told(said.path, self.meaning(said.path, fault, action)) from fault
+        return returned(found, self.returns(said, action), self.library)
+
+    def meaning(self, path: str, fault: Exception, action: Action) -> Exception:
+        """What the library raised, as Refused, ActionFailed or OSError where it means that."""
+        return fault
+
+    def _told(self, path: str, fault: Exception) -> Exception:
+        if isinstance(fault, Refused):
+            return ActionFailed("Rejected", f"{path}: {fault}", "no")
+        if isinstance(fault, ActionFailed):
+            return fault
+        if isinstance(fault, (ValueError, LookupError)):
+            return BadAnswer(f"{self.library} cannot read the answer: {fault}")
+        if "VI_ERROR_TMO" in str(fault) or "imeout" in type(fault).__name__:
+            return NoAnswer(f"the instrument was silent{self.silent_hint} ({fault})")
+        LOG.error("%s of %s failed", path, self.place.device, exc_info=fault)
+        return OSError(f"{type(fault).__name__}: {fault}")
 
     def _do_it(self, said: LibraryAction, action: Action, values: Values) -> Any:
         path = said.path

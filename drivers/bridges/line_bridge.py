@@ -2,38 +2,23 @@
 
 import asyncio
 import re
-import struct
 from collections.abc import Iterator
 from hashlib import sha256
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import field_validator
+from pydantic import AfterValidator, field_validator
 
-from ...schemas.contract import Action, Happened
+from ...schemas.contract import Action
 from ...schemas.messages import FileContent
 from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext, Place
-from .answers import OWN, BadAnswer, values
+from .answers import NUMBER_ERRORS, OWN, BadAnswer, value, values
 from .bridge import Bridge, Values, doubtful
-from .config import ActionConfig, BridgeConfig, ConfigFault, pattern
+from .config import ActionConfig, BridgeConfig, ConfigFault, Pattern, pattern
 from .lines import Expired, LineConfig, Lines, NoAnswer
+from .number_forms import KIND, size_of
 
-NUMBER_ERRORS: dict[str, tuple[Happened, str]] = {
-    "BadAnswer": ("unknown", "The answer is not what this action returns"),
-    "Overload": ("yes", "The instrument answered that the value is beyond its range"),
-    "NotANumber": ("yes", "The instrument answered that it has no value"),
-}
-
-
-KINDS = re.compile(
-    r"(?:(?P<count>[1-9]\d*)|(?P<length>[<>]?u[1248]):)?"
-    r"(?:file|(?P<order>[<>]?)(?P<kind>[iu][1248]|f[248]))"
-)
-CODES = {
-    "i1": "b", "i2": "h", "i4": "i", "i8": "q", "u1": "B", "u2": "H", "u4": "I", "u8": "Q",
-    "f2": "e", "f4": "f", "f8": "d",
-}  # fmt: skip
-"""What `struct` calls the kinds of numbers in a block."""
+BLOCK = re.compile(r"(?:(?P<count>[1-9]\d*)|(?P<length>[<>]?u[1248]):)?(?P<kind>.+)")
 ESCAPED = re.compile(r"\\x[0-9a-fA-F]{2}|\\r(?:\\n)?$|\\n$")
 """A sign that was meant to be one, but YAML reads backslashes between double quotes only."""
 MOST_TOLD = 3
@@ -43,21 +28,22 @@ MOST_TOLD = 3
 class LineAction(ActionConfig):
     """An action with texts that are sent and an answer that is a text."""
 
-    answer: str | None = None
-    lines: int | str | None = None
+    answer: Pattern | None = None
+    lines: Annotated[int | str, AfterValidator(pattern)] | None = None
     block: str | None = None
 
-    @field_validator("answer", "lines")
+    @field_validator("lines")
     @classmethod
-    def _is_a_pattern(cls, value: int | str | None) -> int | str | None:
+    def _is_a_number(cls, value: int | str | None) -> int | str | None:
         if isinstance(value, int) and value < 1:
             raise ValueError(f"an answer has at least 1 line, not {value}")
-        return pattern(value) if isinstance(value, str) else value
+        return value
 
     @field_validator("block")
     @classmethod
     def _is_a_kind(cls, value: str | None) -> str | None:
-        if value is None or KINDS.fullmatch(value or ""):
+        kind = found["kind"] if (found := BLOCK.fullmatch(value or "")) else ""
+        if value is None or kind == "file" or KIND.fullmatch(kind):
             return value
         raise ValueError(
             f"{value!r} is no kind of block: `file`, or a number type as >f4, <i2, u1, 1024<u2 for so "
@@ -70,6 +56,7 @@ class LineBridgeConfig(LineConfig, BridgeConfig):
 
     own_keys = OWN
     own_errors = NUMBER_ERRORS  # type: ignore[assignment]
+    abort_is_action = False
 
     def faults(self, contract: Any, *, apart: bool) -> Iterator[ConfigFault]:
         yield from super().faults(contract, apart=apart)
@@ -131,6 +118,9 @@ class LineBridge(Bridge):
             )
         return latest
 
+    def pattern(self, words: str) -> Any:
+        return self.lines.pattern(words)
+
     async def put(self, text: str) -> None:
         """Send a line of an action; after the first, a refusal does not mean that nothing happened."""
         self.out += 1
@@ -143,8 +133,8 @@ class LineBridge(Bridge):
         """
         clock = asyncio.get_running_loop().time
         until = clock() + self.timeout_s(said)
-        wanted = self.lines.pattern(said.answer) if said.answer is not None else None
-        returns = self.config.written(action.returns.get("properties", {}), said.returns)
+        wanted = self.pattern(said.answer) if said.answer is not None else None
+        returns = self.returns(said, action)
         first, wrong = True, list[str]()
         self.lines.listening_for = None if sent else wanted
         asked = f"it was sent {sent!r}" if sent else "it was listened to"
@@ -174,7 +164,7 @@ class LineBridge(Bridge):
             except BadAnswer as fault:
                 words = f"{asked} and answered {text[:80]!r}: {fault}"
                 wrong += [f"{text[:80]!r}: {fault}"][len(wrong) // MOST_TOLD :]
-                if self.config.prompt is not None:
+                if self.config.prompt:
                     raise BadAnswer(words) from fault
                 goal.feedback(None, words)
 
@@ -201,52 +191,38 @@ class LineBridge(Bridge):
     def refuse(self, sent: str, text: str, said: ActionConfig) -> None:
         """Raise ActionFailed if this answer is an error that the lab names; Expired for a new login."""
         expired = self.config.expired
-        if expired is not None and self.lines.pattern(expired).search(text):
+        if expired is not None and self.pattern(expired).search(text):
             raise Expired(f"it was sent {sent!r} and answered {text[:80]!r}")
-        for name, error in {**self.config.errors, **said.errors}.items():
-            if error.answer is None:
-                continue
-            known = self.lines.pattern(error.answer)
-            if known.search(text) or known.search(self.lines.prompted or text):
-                words = f"it was sent {sent!r} and answered {text[:80]!r}"
-                summary = f": {error.summary}" if error.summary else ""
-                told = f"{self.place.device}: {words}{summary}"
-                failure = ActionFailed(name, told, error.happened)
-                raise failure if self.out <= 1 else doubtful(failure)
+        known = self.named(said, None, text) or self.named(said, None, self.lines.prompted or text)
+        if known is not None:
+            name, error = known
+            words = f"it was sent {sent!r} and answered {text[:80]!r}"
+            summary = f": {error.summary}" if error.summary else ""
+            failure = ActionFailed(name, f"{self.place.device}: {words}{summary}", error.happened)
+            raise failure if self.out <= 1 else doubtful(failure)
 
-    async def blocked(
-        self, query: str, said: LineAction, action: Action, given: Values, goal: GoalContext
+    async def answered(
+        self, sent: str, said: LineAction, action: Action, given: Values, goal: GoalContext
     ) -> Values:
-        """A binary answer, as the numbers or the file that the first result is."""
-        name = next(iter(action.returns.get("properties", {})), None)
-        form = KINDS.fullmatch(said.block or "")
-        size = int(form["kind"][1]) if form and form["kind"] else 1
+        """The answer to what was sent, of which a block is the first result, as numbers or a file."""
+        if said.block is None:
+            return await self.heard(sent, said, action, goal)
+        form, timeout_s = BLOCK.fullmatch(said.block), self.timeout_s(said)
+        kind = form["kind"] if form else ""
         try:
-            data = await self._block(query, form, size, self.timeout_s(said))
+            if form and (form["count"] or form["length"]):
+                count = int(form["count"] or 0) * (size_of(kind) if kind != "file" else 1)
+                data = await self.lines.counted_bytes(sent, form["length"], count, timeout_s)
+            else:
+                data = await self.lines.block(sent, timeout_s)
         except NoAnswer:
-            self.refuse(query, self.lines.heard, said)
+            self.refuse(sent, self.lines.heard, said)
             raise
-        if name is None:
-            return {}
-        if form is None or not form["kind"]:
-            return {name: file_of(goal, name, given, data)}
-        if len(data) % size:
-            raise BadAnswer(
-                f"a block of {len(data)} bytes does not hold whole {said.block} numbers"
-            )
-        numbers = struct.unpack(
-            f"{form['order'] or '='}{len(data) // size}{CODES[form['kind']]}", data
-        )
-        schemas = self.config.written({name: action.returns["properties"][name]}, said.returns)
-        return values(",".join(repr(number) for number in numbers), schemas, None)
-
-    async def _block(self, query: str, form: Any, size: int, timeout_s: float) -> bytes:
-        """The bytes of a block: so many of them, after their length, or as IEEE 488.2 has it."""
-        if form and form["count"]:
-            return await self.lines.bytes_of(query, int(form["count"]) * size, timeout_s)
-        if form and form["length"]:
-            return await self.lines.counted_bytes(query, form["length"], timeout_s)
-        return await self.lines.block(query, timeout_s)
+        for name, schema in list(self.returns(said, action).items())[:1]:
+            if kind == "file":
+                return {name: file_of(goal, name, given, data)}
+            return {name: value(data.decode("latin-1"), {**schema, "bytes": kind})}
+        return {}
 
 
 def file_of(goal: GoalContext, name: str, given: Values, data: bytes) -> str:

@@ -2,20 +2,20 @@
 
 import asyncio
 import re
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from ...schemas.model import Model
 from ...schemas.patterns import regular_expression
-from ...schemas.quantity import seconds
+from ...schemas.quantity import Duration, seconds
 from ..driver import Place
 from ..serial_io.port import read_port
 from .channel import CALM_S, Channel, Network, Serial, Visa
 from .checksum import Checksum
-from .config import Time, pattern, time
+from .config import LISTED, Pattern, pattern
 from .number_forms import decimals, number_bytes, size_of
-from .resource import read_resource
+from .resource import Wire, read_resource
 
 MOST_LINES = 1_000_000
 TAIL = 4096
@@ -26,6 +26,7 @@ MOST_FRAME = 16 * 1024 * 1024
 
 ENDS = {"CR": "\r", "LF": "\n", "CRLF": "\r\n", "\\r": "\r", "\\n": "\n", "\\r\\n": "\r\n"}
 """By name, and as YAML reads them without double quotes."""
+End = Annotated[str, AfterValidator(lambda value: ENDS.get(value, value))]
 
 
 class Terminator(Model):
@@ -34,32 +35,17 @@ class Terminator(Model):
     `begin` is what stands before either.
     """
 
-    begin: str = ""
-    write: str = "\n"
-    read: str | None = Field(default=None, min_length=1)
-    silence: Time | None = None
-
-    @field_validator("begin", "write", "read")
-    @classmethod
-    def _is_an_end(cls, value: str | None) -> str | None:
-        return ENDS.get(value or "", value)
-
-    @field_validator("silence")
-    @classmethod
-    def _is_a_silence(cls, value: Time | None) -> Time | None:
-        return time(value)
+    begin: End = ""
+    write: End = "\n"
+    read: Annotated[End, Field(min_length=1)] | None = None
+    silence: Duration | None = None
 
 
 class Exchange(Model):
     """What is said first, and what is sent then."""
 
-    after: str | None = None
+    after: Pattern | None = None
     send: str | None = None
-
-    @field_validator("after")
-    @classmethod
-    def _is_a_pattern(cls, value: str | None) -> str | None:
-        return pattern(value)
 
 
 class LengthFrame(Model):
@@ -121,47 +107,25 @@ class LengthFrame(Model):
         return frame
 
 
-class LineConfig(Model):
+class LineConfig(Wire):
     """Where the instrument is, and its habits."""
 
-    resource: str
     terminator: str | Terminator | None = None
     encoding: Literal["ascii", "latin-1", "utf-8"] = "latin-1"
     decimal: Literal[".", ","] = "."
     echo: bool = False
-    prompt: str | list[str] | None = None
-    frame: str | LengthFrame | None = None
-    banner: str | None = None
-    expired: str | None = None
+    prompt: Annotated[list[str], LISTED] = Field(default_factory=list)
+    frame: Annotated[str | LengthFrame, AfterValidator(pattern)] | None = None
+    banner: Pattern | None = None
+    expired: Pattern | None = None
     login: list[Exchange] = Field(default_factory=list)
     checksum: Checksum | None = None
     escapes: dict[str, str] = Field(default_factory=dict)
-    ignore: str | None = None
-    pause: Time | None = None
-    pace: Time | None = None
+    ignore: Pattern | None = None
+    pause: Duration | None = None
+    pace: Duration | None = None
     visa_library: str = "@py"
-    baud: int = Field(default=9600, gt=0)
-    bits: Literal[5, 6, 7, 8] = 8
-    parity: Literal["N", "E", "O"] = "N"
-    stop_bits: Literal[1, 2] = 1
     flow: Literal["none", "rtscts", "xonxoff"] = "none"
-    shared: bool = False
-
-    @field_validator("resource")
-    @classmethod
-    def _is_a_resource(cls, value: str) -> str:
-        read_resource(value)
-        return value
-
-    @field_validator("banner", "expired", "ignore", "frame")
-    @classmethod
-    def _is_a_pattern(cls, value: str | LengthFrame | None) -> str | LengthFrame | None:
-        return value if isinstance(value, LengthFrame) else pattern(value)
-
-    @field_validator("pause", "pace")
-    @classmethod
-    def _is_a_pause(cls, value: Time | None) -> Time | None:
-        return time(value)
 
     @model_validator(mode="after")
     def _is_a_stream(self) -> "LineConfig":
@@ -181,16 +145,12 @@ class LineConfig(Model):
     @property
     def prompts(self) -> list[str]:
         """Each that may stand there."""
-        return [one.strip() for one in self._said_prompts]
+        return [one.strip() for one in self.prompt]
 
     @property
     def prompt_is_line(self) -> bool:
         """Whether the prompt is a line of its own, as `=>\\r\\n` is."""
-        return any(one != one.rstrip("\r\n") for one in self._said_prompts)
-
-    @property
-    def _said_prompts(self) -> list[str]:
-        return [self.prompt] if isinstance(self.prompt, str) else self.prompt or []
+        return any(one != one.rstrip("\r\n") for one in self.prompt)
 
 
 class NoAnswer(Exception):
@@ -279,7 +239,7 @@ class Lines:
     def forget(self) -> None:
         """Drop what has come; of a line that is still coming the rest is no line either."""
         buffer = self.channel.received
-        if buffer and self._frame is None and self._config.prompt is None:
+        if buffer and self._frame is None and not self._config.prompt:
             begun = self._ending().split(bytes(buffer[-TAIL:]))[-1].strip(b"\0 \t")
             age_s = asyncio.get_running_loop().time() - self.channel.heard_at
             self._cut = bool(begun) and age_s < CALM_S
@@ -319,7 +279,7 @@ class Lines:
         until = asyncio.get_running_loop().time() + timeout_s
         if self._config.echo:
             await self._pass_echo(text, until)
-        if self._config.prompt is None:
+        if not self._config.prompt:
             return ""
         return "\n".join(await self._until_prompt(until))
 
@@ -332,7 +292,7 @@ class Lines:
 
     async def next_answer(self, until: float) -> str:
         """As `answer`, up to this time; a prompt alone is a late one, since a question has an answer."""
-        if self._config.prompt is None:
+        if not self._config.prompt:
             return await self._line(until)
         while not (told := await self._until_prompt(until)):
             pass
@@ -476,33 +436,18 @@ class Lines:
                 return [self._checked(one) for one in kept]
             await self._more(until)
 
-    async def bytes_of(self, text: str, size: int, timeout_s: float) -> bytes:
-        """So many bytes, as they are; raises NoAnswer, OSError."""
+    async def counted_bytes(self, text: str, kind: str, count: int, timeout_s: float) -> bytes:
+        """So many bytes, or as many as a number such as `<u4` before them says; raises NoAnswer, OSError."""
         until = asyncio.get_running_loop().time() + timeout_s
         if self._config.echo:
             await self._pass_echo(text, until)
-        await self._at_least(size, until)
-        data = bytes(self.channel.received[:size])
-        del self.channel.received[:size]
-        return data
-
-    async def counted_bytes(self, text: str, kind: str, timeout_s: float) -> bytes:
-        """The bytes after their length, a number such as `<u4`; raises NoAnswer, OSError."""
-        until = asyncio.get_running_loop().time() + timeout_s
-        if self._config.echo:
-            await self._pass_echo(text, until)
-        head, buffer = size_of(kind), self.channel.received
-        await self._at_least(head, until)
-        counted = bytes(buffer[:head]).decode("latin-1")
-        size = head + int(decimals(counted, {"bytes": kind})[0])
-        if size > MOST_FRAME:
-            raise NoAnswer(
-                f"answered {self.heard[:60]!r}, which says that {size - head} bytes follow"
-            )
-        await self._at_least(size, until)
-        data = bytes(buffer[head:size])
-        del buffer[:size]
-        return data
+        head = size_of(kind) if kind else 0
+        if kind:
+            counted = (await self._at_least(head, until)).decode("latin-1")
+            count = int(decimals(counted, {"bytes": kind})[0])
+        if count > MOST_FRAME:
+            raise NoAnswer(f"answered {self.heard[:60]!r}, which says that {count} bytes follow")
+        return (await self._at_least(head + count, until, taken=True))[head:]
 
     @property
     def heard(self) -> str:
@@ -517,27 +462,22 @@ class Lines:
             if (line := self._taken_line()) and line.strip() not in ("", text.strip()):
                 raise NoAnswer(f"answered {line[:60]!r}, which is no binary block")
             await self._more(until)
-        await self._at_least(start + 2, until)
-        digits = int(chr(buffer[start + 1])) if chr(buffer[start + 1]).isdigit() else -1
-        if digits < 0:
-            raise NoAnswer(f"answered {self._decoded(buffer[:60])!r}, which is no binary block")
-        if digits == 0:
+        head = start + 2
+        digits = (await self._at_least(head, until))[-1:]
+        if digits == b"0":
             while not buffer.endswith(b"\n"):
                 await self._more(until)
-            data = bytes(buffer[start + 2 : -1])
+            data = bytes(buffer[head:-1])
             buffer.clear()
             return data
-        await self._at_least(start + 2 + digits, until)
-        if not (counted := bytes(buffer[start + 2 : start + 2 + digits])).isdigit():
+        begin = head + int(digits) if digits.isdigit() else head
+        counted = (await self._at_least(begin, until))[head:]
+        if not counted.isdigit():
             raise NoAnswer(f"answered {self._decoded(buffer[:60])!r}, which is no binary block")
-        size = int(counted)
-        end = start + 2 + digits + size
-        await self._at_least(end, until)
-        data = bytes(buffer[start + 2 + digits : end])
-        del buffer[:end]
-        return data
+        return (await self._at_least(begin + int(counted), until, taken=True))[begin:]
 
-    async def _at_least(self, size: int, until: float) -> None:
+    async def _at_least(self, size: int, until: float, *, taken: bool = False) -> bytes:
+        """The first bytes of what comes, so many; left where they are unless `taken`."""
         while (told := len(self.channel.received)) < size:
             try:
                 await self._more(until)
@@ -545,6 +485,10 @@ class Lines:
                 if not told:
                     raise
                 raise NoAnswer(f"sent {told} of {size} bytes: {self.heard[:60]!r}") from None
+        data = bytes(self.channel.received[:size])
+        if taken:
+            del self.channel.received[:size]
+        return data
 
     async def _more(self, until: float) -> None:
         left = until - asyncio.get_running_loop().time()

@@ -6,6 +6,7 @@ written in hexadecimal. `mantissa: 4` is 1.234E+05 as `1234+5`, and with `power:
 """
 
 import contextlib
+import functools
 import math
 import re
 import struct
@@ -103,10 +104,12 @@ def _read(data: bytes, kind: str) -> str:
 
 def fewest_digits(number: float, form: str) -> str:
     """The shortest number that is the same in these bytes: 1.1 of four is not 1.100000023841858."""
-    if not math.isfinite(number):
-        return str(number)
+    if not math.isfinite(number) or form[-1] == "d":
+        return repr(number)
     data = struct.pack(form, number)
-    for digits in range(1, 17):
+    for digits in range(
+        3 if form[-1] == "e" else 6, 10
+    ):  # what is meant has no more than the first
         text = f"{number:.{digits}g}"
         with contextlib.suppress(OverflowError):  # rounded up, it no longer goes into so few bytes
             if struct.pack(form, float(text)) == data:
@@ -114,6 +117,7 @@ def fewest_digits(number: float, form: str) -> str:
     return repr(number)
 
 
+@functools.cache
 def _parts(kind: str) -> tuple[str, str, int, bool]:
     """Byte order, whether it has a sign, size, whether it is a float."""
     found = KIND.fullmatch(kind)

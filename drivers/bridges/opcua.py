@@ -8,13 +8,11 @@ server's next start. `labrun new device NAME --from opc.tcp://host:port` writes 
 import contextlib
 from typing import Any, ClassVar
 
-from pydantic import field_validator
-
 from ...schemas.contract import Action
 from ..driver import ActionFailed
 from .bridge import Values
 from .library import Library, Refused, ServerConfig
-from .opcua_nodes import arguments, connected, native, node_at, typed, variant
+from .opcua_nodes import arguments, connected, native, node_at, variant
 from .sila2 import by_plain_name, plain_name
 
 REFUSALS = (
@@ -30,16 +28,11 @@ LOST = ("Connection", "Session", "SecureChannel", "Communication", "Shutdown", "
 class OpcuaConfig(ServerConfig):
     """The config of `driver: opcua`; `security` is the library's string of policy, mode and files."""
 
+    schemes = ("opc.tcp://", "opc.wss://")
+
     user: str | None = None
     password: str | None = None
     security: str | None = None
-
-    @field_validator("url")
-    @classmethod
-    def _is_an_address(cls, value: str) -> str:
-        if not value.startswith(("opc.tcp://", "opc.wss://")):
-            raise ValueError(f"{value!r} is no address such as opc.tcp://10.0.0.9:4840")
-        return value
 
 
 class Opcua(Library):
@@ -72,34 +65,24 @@ class Opcua(Library):
         await instrument.disconnect()
 
     async def get(self, path: str) -> Any:
-        try:
-            return native(await (await self._node(path)).read_value())
-        except Exception as fault:  # asyncua has a class for each status of OPC UA
-            raise self._failure(path, fault) from fault
+        return native(await (await self._node(path)).read_value())
 
     async def set(self, path: str, value: Any) -> None:
-        try:
-            node = await self._node(path)
-            kind = await node.read_data_type_as_variant_type()
-            await node.write_value(typed(value, kind), kind)
-        except Exception as fault:  # as above
-            raise self._failure(path, fault) from fault
+        node = await self._node(path)
+        await node.write_value(variant(value, await node.read_data_type_as_variant_type()))
 
     async def call(self, path: str, values: Values, action: Action) -> Any:
-        try:
-            method = await self._node(path)
-            owner = await self._node(path.rpartition("/")[0]) if "/" in path else None
-            owner = owner or await method.get_parent()
-            given = {plain_name(name): value for name, value in values.items()}
-            inputs = await arguments(self._instrument, method, "InputArguments")
-            lacking = [name for name, _, _ in inputs if plain_name(name) not in given]
-            if lacking:
-                raise Refused(f"the method needs {', '.join(lacking)}")
-            put = [variant(given[plain_name(name)], kind) for name, kind, _ in inputs]
-            found = await owner.call_method(method.nodeid, *put)
-            outputs = await arguments(self._instrument, method, "OutputArguments")
-        except Exception as fault:  # as above
-            raise self._failure(path, fault) from fault
+        method = await self._node(path)
+        owner = await self._node(path.rpartition("/")[0]) if "/" in path else None
+        owner = owner or await method.get_parent()
+        given = {plain_name(name): value for name, value in values.items()}
+        inputs = await arguments(self._instrument, method, "InputArguments")
+        lacking = [name for name, _, _ in inputs if plain_name(name) not in given]
+        if lacking:
+            raise Refused(f"the method needs {', '.join(lacking)}")
+        put = [variant(given[plain_name(name)], kind) for name, kind, _ in inputs]
+        found = await owner.call_method(method.nodeid, *put)
+        outputs = await arguments(self._instrument, method, "OutputArguments")
         told = found if len(outputs) > 1 else [found]
         named = {name: native(value) for (name, _, _), value in zip(outputs, told, strict=False)}
         return by_plain_name(named, action.returns.get("properties", {}))
@@ -110,14 +93,12 @@ class Opcua(Library):
             self._nodes[path] = await node_at(self._instrument, path)
         return self._nodes[path]
 
-    def _failure(self, path: str, fault: Exception) -> Exception:
-        kind = type(fault).__name__
-        if isinstance(fault, (Refused, OSError)):  # a TimeoutError is an OSError, and stays one
+    def meaning(self, path: str, fault: Exception, action: Action) -> Exception:
+        kind = type(fault).__name__  # the library has a class for each status
+        if isinstance(fault, (Refused, OSError)) or "Timeout" in kind:
             return fault
         if kind in REFUSALS:
             return Refused(f"the server refused it: {fault} ({kind})")
-        if "Timeout" in kind:
-            return TimeoutError(str(fault))
         if any(one in kind for one in LOST):
             return ConnectionError(f"{kind}: {fault}")
         words = f"{self.place.device} was asked for {path}: {fault} ({kind})"

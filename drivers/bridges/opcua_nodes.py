@@ -6,7 +6,7 @@ import datetime
 import logging
 from typing import Any
 
-from ...system.extras import not_installed
+from ...system.extras import needed
 from .library import Refused
 
 LONGEST_S = 3600.0
@@ -20,12 +20,9 @@ async def connected(
     url: str, timeout_s: float, user: str | None, password: str | None, security: str | None
 ) -> Any:
     """A connected client; raises OSError or the library's own."""
-    try:
-        from asyncua import Client  # pyright: ignore[reportMissingImports]
-    except ImportError as fault:
-        raise OSError(not_installed(fault) or str(fault)) from fault
+    library = needed("asyncua")
     logging.getLogger("asyncua").setLevel(logging.ERROR)  # what servers grant is its own matter
-    client = Client(url, timeout=LONGEST_S, watchdog_intervall=ALIVE_S)
+    client = library.Client(url, timeout=LONGEST_S, watchdog_intervall=ALIVE_S)
     if user is not None:
         client.set_user(user)
         client.set_password(password or "")
@@ -73,13 +70,12 @@ def variant(value: Any, kind: Any) -> Any:
     """A value with its type; raises Refused."""
     from asyncua import ua  # pyright: ignore[reportMissingImports]
 
-    return ua.Variant(typed(value, kind), kind)
+    return ua.Variant(_typed(value, kind, ua), kind)
 
 
-def typed(value: Any, kind: Any) -> Any:
-    """A value as a VariantType has it; raises Refused."""
+def _typed(value: Any, kind: Any, ua: Any) -> Any:
     if isinstance(value, list):
-        return [typed(one, kind) for one in value]
+        return [_typed(one, kind, ua) for one in value]
     whole = "Int" in kind.name or kind.name in ("Byte", "SByte")
     if whole or kind.name in ("Float", "Double"):
         if isinstance(value, str):
@@ -87,11 +83,7 @@ def typed(value: Any, kind: Any) -> Any:
         if whole and int(value) != value:
             raise Refused(f"{value} is not a whole number")
         return int(value) if whole else float(value)
-    if kind.name == "LocalizedText":
-        from asyncua import ua  # pyright: ignore[reportMissingImports]
-
-        return ua.LocalizedText(str(value))
-    return value
+    return ua.LocalizedText(str(value)) if kind.name == "LocalizedText" else value
 
 
 def native(found: Any) -> Any:

@@ -61,21 +61,24 @@ class Ophyd(Library):
 
     def _do_it(self, said: Any, action: Action, values: Values) -> Any:
         """What it returns, once a status says that it is done."""
-        try:
-            found = super()._do_it(said, action, values)
-            if isinstance(found, Awaitable):
-                return self._awaited(found)
-            if hasattr(found, "wait") and hasattr(found, "done"):
-                found = found.wait(timeout=self.timeout_s(said))
-            return readings(found, self._instrument.name)
-        except Exception as fault:  # ophyd's classes have no common base
-            raise known_fault(fault) from fault
+        found = super()._do_it(said, action, values)
+        if isinstance(found, Awaitable):
+            return self._awaited(found)
+        if hasattr(found, "wait") and hasattr(found, "done"):
+            found = found.wait(timeout=self.timeout_s(said))
+        return readings(found, self._instrument.name)
 
     async def _awaited(self, found: Awaitable[Any]) -> Any:
-        try:
-            return readings(await found, self._instrument.name)
-        except Exception as fault:  # ophyd's classes have no common base
-            raise known_fault(fault) from fault
+        return readings(await found, self._instrument.name)
+
+    def meaning(self, path: str, fault: Exception, action: Action) -> Exception:
+        """A limit is looked at before anything is sent; a status that failed says so."""
+        kind = type(fault).__name__
+        if "Limit" in kind:
+            return Refused(str(fault))
+        if kind in ("UnknownStatusFailure", "RuntimeError", "FailedStatus"):
+            return ActionFailed("Failed", str(fault) or kind)
+        return fault
 
 
 def made_device(found: Any, prefix: str | None, options: dict[str, Any]) -> Any:
@@ -99,13 +102,3 @@ def field(reading: str, name: str) -> str:
     """The name of a reading, without that of its device."""
     plain = reading.removeprefix(name).strip("_-") or "value"
     return re.sub(r"\W", "_", plain)
-
-
-def known_fault(fault: Exception) -> Exception:
-    """A limit is looked at before anything is sent; a status that failed says so."""
-    kind = type(fault).__name__
-    if "Limit" in kind:
-        return Refused(str(fault))
-    if kind in ("UnknownStatusFailure", "RuntimeError", "FailedStatus"):
-        return ActionFailed("Failed", str(fault) or kind)
-    return fault

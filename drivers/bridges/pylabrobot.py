@@ -68,15 +68,16 @@ class Pylabrobot(Library):
         try:
             found = super()._do_it(said, action, values)
             return await found if isinstance(found, Awaitable) else found
-        except (OSError, TimeoutError, Refused):
-            raise
-        except Exception as fault:  # PyLabRobot's classes have no common base
-            raise ActionFailed("Failed", f"{type(fault).__name__}: {fault}") from fault
         finally:
             if action.effect != "pure" and hasattr(self._instrument, "serialize_all_state"):
                 write_whole(
                     self._state, json.dumps(self._instrument.serialize_all_state()).encode()
                 )
+
+    def meaning(self, path: str, fault: Exception, action: Action) -> Exception:
+        if isinstance(fault, (OSError, Refused)):
+            return fault
+        return ActionFailed("Failed", f"{type(fault).__name__}: {fault}")
 
     def call(self, path: str, values: Values, action: Action) -> Any:
         schemas = action.param_schemas()
@@ -100,7 +101,7 @@ class Pylabrobot(Library):
         try:
             there = getattr(self._instrument, "deck", self._instrument).get_resource(owner)
             items = there[place] if place else there
-        except Exception as fault:  # as above
+        except Exception as fault:  # its classes have no common base
             raise Refused(f"there is no {name} on the deck ({fault})") from fault
         return items[0] if place and ":" not in place else items
 

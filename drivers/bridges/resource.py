@@ -2,7 +2,12 @@
 
 import re
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
+from urllib.parse import urlsplit
+
+from pydantic import Field, field_validator
+
+from ...schemas.model import Model
 
 Kind = Literal["tcp", "udp", "serial", "visa"]
 SOCKET = re.compile(r"TCPIP\d*::(?P<host>[^:]+|\[[^\]]+\])::(?P<port>\d+)::SOCKET", re.I)
@@ -56,3 +61,38 @@ def is_visa(text: str) -> bool:
     return VISA.match(plain) is not None and not (
         SOCKET.fullmatch(plain) or SERIAL.fullmatch(plain)
     )
+
+
+class Wire(Model):
+    """Where an instrument is; if that is a serial port, how it speaks there, and with whom."""
+
+    kinds: ClassVar[tuple[Kind, ...]] = ("tcp", "udp", "serial", "visa")
+
+    resource: str
+    baud: int = Field(default=9600, gt=0)
+    bits: Literal[5, 6, 7, 8] = 8
+    parity: Literal["N", "E", "O"] = "N"
+    stop_bits: Literal[1, 2] = 1
+    shared: bool = False
+
+    @field_validator("resource")
+    @classmethod
+    def _is_reached(cls, value: str) -> str:
+        if read_resource(value).kind not in cls.kinds:
+            raise ValueError(f"{value!r} is neither host:port nor a serial port")
+        return value
+
+
+class Served(Model):
+    """Where a server is."""
+
+    schemes: ClassVar[tuple[str, ...]]
+
+    url: str
+
+    @field_validator("url")
+    @classmethod
+    def _is_an_address(cls, value: str) -> str:
+        if value.startswith(cls.schemes) and urlsplit(value).hostname:
+            return value.rstrip("/")
+        raise ValueError(f"{value!r} is no address such as {cls.schemes[0]}10.0.0.9:8080")

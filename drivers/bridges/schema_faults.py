@@ -32,7 +32,7 @@ def schema_faults(
         near = get_close_matches(key, known, n=1)
         hint = elsewhere if key in OWN else f"; did you mean {near[0]}?" if near else ""
         yield path, f"unknown key {key!r}{hint}", True
-    for key, message in _own_faults({k: v for k, v in schema.items() if k in own_keys}, schema):
+    for key, message in own_faults({k: v for k, v in schema.items() if k in own_keys}, schema):
         yield (key,), message, False
 
 
@@ -44,7 +44,7 @@ def bits_fault(which: Any) -> str:
     return "it is the first and the last bit, from 0 for the lowest: [4, 7]"
 
 
-def _own_faults(own: dict[str, Any], schema: dict[str, Any]) -> Iterator[tuple[str, str]]:
+def own_faults(own: dict[str, Any], schema: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """(key, message) of what says how a value is written, and cannot be."""
     if own.get("scale", 1) == 0 or not isinstance(own.get("scale", 1), (int, float)):
         yield "scale", "it is a number other than 0: value = what is written × scale + offset"

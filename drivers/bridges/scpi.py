@@ -4,20 +4,21 @@ IEEE 488.2 and SCPI 1999.0, volume 2, chapter 21. See docs/how-to/instruments-in
 """
 
 import asyncio
+import contextlib
 import re
 from collections.abc import Iterator
 from functools import partial
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from ...schemas.contract import Action, Effect, Happened, Name
 from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext
-from .answers import BadAnswer
+from .answers import NUMBER_ERRORS, BadAnswer
 from .bridge import Values, doubtful
-from .config import pattern
-from .line_bridge import NUMBER_ERRORS, LineAction, LineBridge, LineBridgeConfig
+from .config import LISTED, pattern
+from .line_bridge import LineAction, LineBridge, LineBridgeConfig
 from .lines import NoAnswer
 from .template import fill
 
@@ -27,6 +28,7 @@ CLASSES: dict[str, tuple[Happened, str]] = {
     "DeviceError": ("unknown", "The instrument's own error (-300 to -399, or positive)"),
     "QueryError": ("unknown", "A question and its answer have met wrongly (-400 to -499)"),
 }
+HUNDREDS = {1: "CommandError", 2: "ExecutionError", 4: "QueryError"}
 NOT_DONE = {*range(-229, -219), -211, -213, -203}
 """Execution errors by which a command was refused: parameters, triggers, protection."""
 ERROR = re.compile(
@@ -45,31 +47,26 @@ QUERY = re.compile(r"\s*[*:]?[A-Za-z][\w:]*\?.*", re.S)
 class ScpiAction(LineAction):
     """`write`, then `wait` for *OPC?, then `query`; `block` for binary data."""
 
-    write: str | list[str] | None = None
+    write: Annotated[list[str], LISTED] = Field(default_factory=list)
     query: str | None = None
     wait: bool = False
 
     @model_validator(mode="after")
     def _does_something(self) -> "ScpiAction":
-        if self.write is None and self.query is None:
+        if not self.write and self.query is None:
             raise ValueError('it needs `query: "MEAS:VOLT:DC?"` or `write: "OUTP ON"`')
         if self.returns and self.query is None:
             raise ValueError("it returns something, so it needs a `query` that asks for it")
         return self
 
-    @property
-    def writes(self) -> list[str]:
-        """The commands, in order."""
-        return [self.write] if isinstance(self.write, str) else list(self.write or [])
-
     def guessed_effect(self) -> Effect:
         """A question changes nothing; a command may not happen twice by accident."""
         asks = [part for part in (self.query or "").split(";") if part.strip()]
-        only_asks = not self.writes and all(QUERY.fullmatch(part) for part in asks)
+        only_asks = not self.write and all(QUERY.fullmatch(part) for part in asks)
         return "pure" if only_asks else "once"
 
     def used(self) -> Iterator[tuple[str, str]]:
-        yield from (("write", text) for text in self.writes)
+        yield from (("write", text) for text in self.write)
         if self.query is not None:
             yield "query", self.query
 
@@ -79,15 +76,9 @@ class ScpiConfig(LineBridgeConfig):
 
     own_errors = {**CLASSES, **NUMBER_ERRORS}  # type: ignore[assignment] # noqa: RUF012
 
-    idn: str | bool = True
+    idn: Annotated[str | bool, AfterValidator(pattern)] = True
     error_query: str | bool = "SYST:ERR?"
     actions: dict[Name, ScpiAction] = Field(min_length=1)
-    status: list[str] = Field(default_factory=list)
-
-    @field_validator("idn")
-    @classmethod
-    def _is_an_identity(cls, value: str | bool) -> str | bool:
-        return pattern(value) or "" if isinstance(value, str) else value
 
 
 class Scpi(LineBridge):
@@ -99,32 +90,26 @@ class Scpi(LineBridge):
     async def identify(self, timeout_s: float) -> None:
         if self.config.idn is False:
             return
+        wanted = regular_expression(self.config.idn if isinstance(self.config.idn, str) else "")
         try:
             await self.lines.send("*IDN?")
             said = (await self.lines.answer("*IDN?", timeout_s)).strip()
-            wanted = self.config.idn if isinstance(self.config.idn, str) else ""
-            while wanted and not regular_expression(wanted).search(said):
-                try:
-                    said = (await self.lines.next_line(min(timeout_s, 1.0))).strip()
-                except NoAnswer:
-                    raise OSError(
-                        f"{self.lines} is {said!r}, but the lab expects {wanted!r}: is another "
-                        f"instrument at this address?"
-                    ) from None
         except NoAnswer as fault:
-            await self.drop()
             raise OSError(
                 f"{self.lines} was sent '*IDN?' and {fault}: check address, terminator and baud rate; "
                 f"an instrument that does not know *IDN? needs `idn: false`"
             ) from fault
-        except OSError:
-            await self.drop()
-            raise
-        if self._identity not in (None, said):
-            await self.drop()
+        with contextlib.suppress(NoAnswer):
+            while not wanted.search(said):
+                said = (await self.lines.next_line(min(timeout_s, 1.0))).strip()
+        if not wanted.search(said):
             raise OSError(
-                f"{self.lines} is now {said!r}, but was {self._identity!r}: swap them back"
+                f"{self.lines} is {said!r}, but the lab expects {self.config.idn!r}: is another "
+                f"instrument at this address?"
             )
+        if self._identity not in (None, said):
+            words = f"{self.lines} is now {said!r}, but was {self._identity!r}: swap them back"
+            raise OSError(words)
         self._identity = said
         names = ("manufacturer", "model", "serial_number", "firmware")
         self.versions = dict(zip(names, (part.strip() for part in said.split(",")), strict=False))
@@ -138,7 +123,7 @@ class Scpi(LineBridge):
     ) -> Values:
         params = self.params(said, action)
         put = partial(fill, given=values, params=params, goal=goal.id, decimal=self.config.decimal)
-        texts = [put(text) for text in said.writes]
+        texts = [put(text) for text in said.write]
         query = put(said.query) if said.query is not None else None
         timeout_s, sent = self.timeout_s(said), " ".join([*texts, query or ""]).strip()
         result: Values = {}
@@ -150,19 +135,21 @@ class Scpi(LineBridge):
                 await self.put(text)
                 self.refuse(text, await self.lines.finish(text, timeout_s), said)
             if said.wait:
-                await self._completed(timeout_s)
+                await self.lines.send("*OPC?")
+                await self._told("*OPC?", COMPLETED, timeout_s, "where 1 is expected")
             if query is not None:
                 await self.put(query)
-                result = await self._answered(query, said, action, values, goal)
-        except (NoAnswer, BadAnswer) as fault:
-            await self._explain(said, sent, fault)
+                result = await self.answered(query, said, action, values, goal)
+        except (NoAnswer, BadAnswer):
+            try:  # an unknown question is not answered, and the error queue says why
+                await self._refuse_errors(said, sent)
+            except (NoAnswer, OSError, ActionFailed) as why:
+                await self.drop()  # its answer may still come
+                if isinstance(why, ActionFailed):
+                    raise
             raise
         await self._refuse_errors(said, sent)
         return result
-
-    async def _completed(self, timeout_s: float) -> None:
-        await self.lines.send("*OPC?")
-        await self._told("*OPC?", COMPLETED, timeout_s, "where 1 is expected")
 
     async def _told(self, query: str, wanted: re.Pattern[str], timeout_s: float, why: str) -> Any:
         """The answer of this form; lines that nobody asked for are passed over until time is up."""
@@ -175,13 +162,6 @@ class Scpi(LineBridge):
             heard = f"answered {told[:80]!r} {why}" if told else str(fault)
             raise NoAnswer(f"it was sent {query!r} and {heard}") from fault
         return found
-
-    async def _answered(
-        self, query: str, said: ScpiAction, action: Action, given: Values, goal: GoalContext
-    ) -> Values:
-        if said.block is None:
-            return await self.heard(query, said, action, goal)
-        return await self.blocked(query, said, action, given, goal)
 
     async def _errors(self) -> list[tuple[int, str]]:
         """What the instrument's error queue holds; it is empty then."""
@@ -208,30 +188,9 @@ class Scpi(LineBridge):
         code, _ = found[0]
         words = "; ".join(f"{number} {text}".strip() for number, text in found)
         told = f"{self.place.device} was sent {sent!r} and reports {words}"
-        name = _class_of(code)
+        name = HUNDREDS.get(-code // 100, "DeviceError")
         happened: Happened = "no" if code in NOT_DONE or name == "CommandError" else "unknown"
-        for named, error in {**self.config.errors, **said.errors}.items():
-            if error.code == code:
-                name, happened = named, error.happened
-                break
+        if known := self.named(said, code, words):
+            name, happened = known[0], known[1].happened
         failure = ActionFailed(name, told, happened)
         raise failure if self.out <= 1 and ";" not in sent else doubtful(failure)
-
-    async def _explain(self, said: ScpiAction, sent: str, fault: Exception) -> None:
-        """Where no answer came, the error queue may say why: an unknown query is not answered."""
-        try:
-            await self._refuse_errors(said, sent)
-        except (NoAnswer, OSError):
-            await self.drop()
-            return
-        except ActionFailed:
-            await self.drop()  # its answer may still come
-            raise
-
-
-def _class_of(code: int) -> str:
-    if -200 < code <= -100:
-        return "CommandError"
-    if -300 < code <= -200:
-        return "ExecutionError"
-    return "QueryError" if -500 < code <= -400 else "DeviceError"

@@ -11,10 +11,8 @@ import time
 from pathlib import Path
 from typing import Any, ClassVar
 
-from pydantic import field_validator
-
 from ...schemas.contract import Action
-from ...system.extras import not_installed
+from ...system.extras import needed
 from ..driver import ActionFailed
 from .bridge import Values
 from .library import Library, Refused, ServerConfig
@@ -27,16 +25,10 @@ LOOK_S, LOOK_AT_MOST_S = 0.05, 0.5
 class Sila2Config(ServerConfig):
     """The config of `driver: sila2`: `url: sila2://10.0.0.9:50052`, and how it is encrypted."""
 
+    schemes = ("sila2://",)
+
     insecure: bool = False
     root_certs: str | None = None
-
-    @field_validator("url")
-    @classmethod
-    def _is_an_address(cls, value: str) -> str:
-        read_resource(value.removeprefix("sila2://"))
-        if not value.startswith("sila2://"):
-            raise ValueError(f"{value!r} is no address such as sila2://10.0.0.9:50052")
-        return value
 
 
 class Sila2(Library):
@@ -69,12 +61,9 @@ class Sila2(Library):
         inner = command._wrapped_command
         params = {plain_name(one._identifier): one._identifier for one in inner.parameters}
         given = {params.get(plain_name(name), name): value for name, value in values.items()}
-        try:
-            answer = command(**given)
-            if hasattr(answer, "get_responses"):
-                answer = self._finished(answer, client)
-        except Exception as fault:  # known by name: the client makes classes of the features
-            raise self._failure(path, fault, action) from fault
+        answer = command(**given)
+        if hasattr(answer, "get_responses"):
+            answer = self._finished(answer, client)
         return by_plain_name(native(answer), action.returns.get("properties", {}))
 
     def _of(self, path: str) -> Any:
@@ -91,7 +80,7 @@ class Sila2(Library):
         while True:
             try:
                 return execution.get_responses()
-            except Exception as fault:  # as above
+            except Exception as fault:  # as in `meaning`
                 lost = type(fault).__name__ in (
                     "CommandExecutionNotFinished",
                     "SilaConnectionError",
@@ -101,7 +90,10 @@ class Sila2(Library):
             time.sleep(pause_s)
             pause_s = min(2 * pause_s, LOOK_AT_MOST_S)
 
-    def _failure(self, path: str, fault: Exception, action: Action) -> Exception:
+    def meaning(self, path: str, fault: Exception, action: Action) -> Exception:
+        if isinstance(fault, (Refused, ActionFailed)):
+            return fault
+        # By name: the client makes classes of the features.
         kind, name = type(fault).__name__, getattr(fault, "identifier", None)
         words = f"{self.place.device} was asked for {path}: {fault}"
         if kind in REFUSALS:
@@ -116,13 +108,10 @@ class Sila2(Library):
 def connected(url: str, *, insecure: bool, root_certs: str | None) -> Any:
     """A client that has read what the server's features are; raises OSError."""
     os.environ.setdefault("GRPC_VERBOSITY", "NONE")  # it would write to the terminal by itself
-    try:
-        from sila2.client import SilaClient  # pyright: ignore[reportMissingImports]
-    except ImportError as fault:
-        raise OSError(not_installed(fault) or str(fault)) from fault
+    library = needed("sila2.client")
     at = read_resource(url.removeprefix("sila2://"))
     certs = Path(root_certs).expanduser().read_bytes() if root_certs is not None else None
-    return SilaClient(at.host, at.port, insecure=insecure, root_certs=certs)
+    return library.SilaClient(at.host, at.port, insecure=insecure, root_certs=certs)
 
 
 def native(found: Any) -> Any:

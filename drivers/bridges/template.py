@@ -6,6 +6,7 @@ from typing import Any
 
 from ..driver import ActionFailed
 from .answers import words_of
+from .config import WHOLE, typed
 from .number_forms import FORMS, formed
 
 GOAL = "goal"
@@ -108,11 +109,34 @@ def _put(value: Any, spec: str, name: str) -> str:
 
 
 def _sample(schema: Mapping[str, Any]) -> Any:
-    from .config import typed
-
     if schema.get("enum"):
         return _of_kind(schema["enum"][0], schema)
     kind = typed(dict(schema))["type"]
     kind = kind[0] if isinstance(kind, list) else kind
     samples = {"number": 1.5, "integer": 1, "boolean": True, "array": [1.5]}
     return samples.get(kind, "x")
+
+
+def filled(data: Any, given: Mapping[str, Any], params: Mapping[str, Any], goal: str) -> Any:
+    """Data with the parameters put in: "{speed}" alone is the value itself, not its text."""
+    if isinstance(data, dict):
+        return {name: filled(value, given, params, goal) for name, value in data.items()}
+    if isinstance(data, list):
+        return [filled(value, given, params, goal) for value in data]
+    if not isinstance(data, str):
+        return data
+    whole = WHOLE.fullmatch(data)
+    if whole and whole[1] in params:
+        schema = params[whole[1]]
+        return written(given.get(whole[1], schema.get("default")), schema, "")
+    return fill(data, given, params, goal)
+
+
+def texts(key: str, data: Any) -> Iterator[tuple[str, str]]:
+    """(key, text) of every text in data."""
+    if isinstance(data, str):
+        yield key, data
+    for value in (
+        data.values() if isinstance(data, dict) else data if isinstance(data, list) else ()
+    ):
+        yield from texts(key, value)

@@ -14,14 +14,13 @@ from pydantic import Field, field_validator, model_validator
 
 from ...schemas.contract import Action, Name
 from ..driver import ActionFailed, GoalContext
-from .answers import OWN, BadAnswer
+from .answers import NUMBER_ERRORS, OWN, BadAnswer
 from .bridge import Values
-from .by_action import filled, texts
-from .config import pattern
-from .data import found_at
-from .line_bridge import NUMBER_ERRORS, LineAction, LineBridge, LineBridgeConfig
+from .config import Pattern, chosen
+from .data import json_values
+from .line_bridge import LineAction, LineBridge, LineBridgeConfig
 from .lines import Exchange, NoAnswer
-from .template import fill
+from .template import fill, filled, texts
 
 REFUSED_S = 0.2
 """How long an error may take to come after a command that has no answer."""
@@ -31,12 +30,7 @@ class TextAction(LineAction):
     """`send`, then an `answer`, then for what takes time a line that it is `done`; data is sent as JSON."""
 
     send: str | dict[str, Any] | list[str | Exchange] | None = None
-    done: str | None = None
-
-    @field_validator("done")
-    @classmethod
-    def _is_done(cls, value: str | None) -> str | None:
-        return pattern(value)
+    done: Pattern | None = None
 
     @model_validator(mode="after")
     def _does_something(self) -> "TextAction":
@@ -90,7 +84,6 @@ class TextConfig(LineBridgeConfig):
         return value
 
     actions: dict[Name, TextAction] = Field(min_length=1)
-    status: list[str] = Field(default_factory=list)
 
 
 class Text(LineBridge):
@@ -102,31 +95,23 @@ class Text(LineBridge):
         hello: TextAction | None = self.config.hello
         if hello is None:
             return
-        action = Action(returns={"properties": dict(hello.returns)})
         try:
-            told = await self.perform(hello, action, {}, GoalContext("hello"))
+            await self.greet(hello)
         except (NoAnswer, BadAnswer) as fault:
-            await self.drop()
             raise OSError(
                 f"{self.lines}: {fault}; is another device there, or are its terminator or baud rate "
                 f"others?"
             ) from fault
         except ActionFailed as failure:
-            await self.drop()
             raise OSError(failure.message) from failure
-        self.known = told
         sent = {text for said in self._said.values() for _, text in said.used()}
         keys = {name for text in sent for _, name, _, _ in Formatter().parse(text)}
-        self.versions = {name: str(value) for name, value in told.items() if name not in keys}
+        self.versions = {name: str(value) for name, value in self.known.items() if name not in keys}
 
     def answers(self, said: TextAction) -> bool:
-        listened = (said.answer, said.done, said.block, said.until, self.config.error_query)
-        return bool(
-            said.returns
-            or self.config.echo
-            or self.config.prompts
-            or any(one is not None for one in listened)
-        )
+        asked = chosen(said, ("answer", "done", "block", "until")) or said.returns
+        habits = self.config.echo or self.config.prompt or self.config.error_query
+        return bool(asked or habits)
 
     async def perform(
         self, said: TextAction, action: Action, values: Values, goal: GoalContext
@@ -149,18 +134,16 @@ class Text(LineBridge):
             await self.put(text)
             last = text
         result: Values = {}
-        answered = said.answer is not None or bool(action.returns.get("properties"))
-        if said.block is not None:
-            result = await self.blocked(last, said, action, values, goal)
-        elif answered:
+        answered = chosen(said, ("answer", "block")) or action.returns.get("properties")
+        if answered:
             if not lines:
                 self.lines.forget()
-            result = await self.heard(last, said, action, goal)
+            result = await self.answered(last, said, action, values, goal)
         else:
             self.refuse(last, await self.lines.finish(last, self.timeout_s(said)), said)
             await self._listen_for_errors(last, said)
         if said.done is not None:
-            self.out += answered  # it has been accepted: what is reported now is no refusal
+            self.out += bool(answered)  # it has been accepted: what is reported now is no refusal
             await self._until_said(said.done, last, said)
         await self._ask_for_errors(last, goal)
         return result
@@ -174,11 +157,7 @@ class Text(LineBridge):
             if found is None:
                 raise BadAnswer(f"it does not match {wanted.pattern!r}")
             text = found[1 if wanted.groups else 0]
-        try:
-            data = json.loads(text)
-        except ValueError as fault:
-            raise BadAnswer("it is no JSON") from fault
-        return {name: found_at(data, name, s.get("at", ""), s) for name, s in returns.items()}
+        return json_values(text, returns)
 
     async def _ask_for_errors(self, sent: str, goal: GoalContext) -> None:
         """An instrument that keeps its errors for whoever asks; an `answer` means that there is none."""
@@ -189,15 +168,14 @@ class Text(LineBridge):
         await self.lines.send(text)
         told = await self.lines.answer(text, self.timeout_s(asked))
         self.refuse(sent, told, asked)
-        wanted = self.lines.pattern(asked.answer or "")
+        wanted = self.pattern(asked.answer or "")
         if not (wanted.fullmatch(told) or wanted.fullmatch(told.strip())):
             words = f"{self.place.device} was sent {sent!r} and reports {told[:80]!r}"
             raise ActionFailed("DeviceError", words, "unknown")
 
     async def _listen_for_errors(self, sent: str, said: TextAction) -> None:
         """A command without an answer may be refused all the same."""
-        errors = {**self.config.errors, **said.errors}.values()
-        if said.done is None and any(error.answer is not None for error in errors):
+        if said.done is None and (self.config.errors or said.errors):
             clock = asyncio.get_running_loop().time
             until = clock() + REFUSED_S
             with contextlib.suppress(NoAnswer):
@@ -206,7 +184,7 @@ class Text(LineBridge):
 
     async def _until_said(self, words: str, sent: str, said: TextAction) -> None:
         """Pass over lines until one that says so; raises NoAnswer, or ActionFailed for an error."""
-        wanted = self.lines.pattern(words)
+        wanted = self.pattern(words)
         while True:
             try:
                 line = await self.lines.next_line(self.timeout_s(said))

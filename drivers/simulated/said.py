@@ -34,7 +34,7 @@ class SaidTwin(Twin):
     def __init__(self, place: Place) -> None:
         read: Any = read_config(self.config_model, place.config)
         self._said: dict[str, Any] = read.said()
-        self._status: list[str] = read.status_actions()
+        self._status: list[str] = read.status
         contract = place.contract or read.contract(f"{place.device.lower()}@1")
         shared = {key: place.config[key] for key in SHARED if key in place.config}
         super().__init__(replace(place, config=shared, contract=contract))

@@ -60,6 +60,7 @@ VOLT, CELSIUS = {"type": "number", "unit": "V"}, {"type": "number", "unit": "deg
         ),
         ("1,2,", {"type": "array"}, [1.0, 2.0]),
         ("2A", {"type": "integer", "base": 16, "bits": [1, 3]}, 5),
+        ("2A", {"base": 16, "bits": [4, 5], "words": {"idle": 1, "busy": 2}}, "busy"),
         ("23,5 V", {**VOLT, "decimal": ","}, 23.5),
         ("-05000-01", {**VOLT, "mantissa": 5, "scale": 1e4}, -500.0),
     ],

@@ -213,6 +213,19 @@ def test_one_that_is_not_there_is_said(once):
         once("http", config("http://127.0.0.1:9"), "speed")
 
 
+def test_one_that_hangs_up_is_said(ask):
+    async def story(driver):
+        async with await asyncio.start_server(
+            lambda _, writer: writer.close(), "127.0.0.1"
+        ) as there:
+            at = f"http://127.0.0.1:{there.sockets[0].getsockname()[1]}"
+            driver.config = driver.config.model_copy(update={"url": at})
+            with pytest.raises(OSError, match="cannot be reached: dmm was asked to GET /"):
+                await driver.open()
+
+    ask("http", config("http://127.0.0.1:9"), story, opened=False)
+
+
 LOGIN = {
     "headers": {"Authorization": "Bearer {token}"},
     "login": {

@@ -69,7 +69,7 @@ def test_registers_have_types_scales_and_units(peer, once):
     assert once("modbus", said, "set_portion", n=1234) == {"portion": 1234, "tens": 3}
     for action, given, words in (
         ("set_portion", {"n": 12345}, "12345 does not fit into bcd16"),
-        ("letters", {}, "letters is 0x4f56, and of BCD each digit is 0 to 9"),
+        ("letters", {}, "letters: 4f 56 is no >bcd2: each of its digits is 0 to 9"),
     ):
         with pytest.raises(ActionFailed, match=words):
             once("modbus", said, action, **given)
@@ -145,7 +145,7 @@ def test_refusals_have_names(peer, once):
         ActionFailed, match=r"read holding registers 500 \(nowhere\).*exception 2"
     ) as lost:
         once("modbus", said, "lost")
-    with pytest.raises(ActionFailed, match="broken is NaN") as nan:
+    with pytest.raises(ActionFailed, match="broken is nan: the device has no value") as nan:
         once("modbus", said, "broken")
     with pytest.raises(ActionFailed, match="does not fit into int16") as large:
         once("modbus", said, "heat", to=5000)
