@@ -16,6 +16,9 @@ from labrun.drivers.client.launch import start_server
 from labrun.drivers.server.ledger import Ledger
 from labrun.drivers.server.serve import main
 
+IN_USE = "" if os.name == "nt" else "Address already in use"
+"""What Windows says is in the language of its user."""
+
 
 def start(bench, capsys, settings):
     """What the process would have printed, and its exit status."""
@@ -71,7 +74,7 @@ def test_a_port_in_use_is_a_sentence(bench, capsys):
         port = taken.getsockname()[1]
         said, status = start(bench, capsys, bench.settings(port=port))
 
-    assert f"port {port} on 127.0.0.1 cannot be used: Address already in use" in said["error"]
+    assert f"port {port} on 127.0.0.1 cannot be used: {IN_USE}" in said["error"]
     assert status == 4
 
 

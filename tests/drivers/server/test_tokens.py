@@ -13,6 +13,9 @@ from labrun.drivers.client.launch import start_server
 from labrun.drivers.server import tokens
 from labrun.drivers.server.tokens import WeakToken, chosen
 
+OWN = 0o666 if os.name == "nt" else 0o600
+"""Windows keeps others out by the user's folder, and knows of a file only whether it may be written."""
+
 
 def test_a_server_makes_a_token_that_only_its_own_user_finds(bench):
     async def story():
@@ -29,10 +32,10 @@ def test_a_server_makes_a_token_that_only_its_own_user_finds(bench):
 
     mode, token, state, path = asyncio.run(story())
 
-    assert (mode, state) == (0o600, "SUCCEEDED")
+    assert (mode, state) == (OWN, "SUCCEEDED")
     assert token is not None and len(token) >= tokens.LEAST
     assert not path.exists()
-    assert stat.S_IMODE((bench.folder / "server_settings.json").stat().st_mode) == 0o600
+    assert stat.S_IMODE((bench.folder / "server_settings.json").stat().st_mode) == OWN
 
 
 def test_a_client_finds_the_new_token_of_a_server_that_was_started_again(bench):

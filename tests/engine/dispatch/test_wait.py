@@ -68,7 +68,16 @@ def held(bench, tmp_path, monkeypatch):
 
 def test_a_run_begins_when_its_devices_are_free(bench, held, capsys):
     checked, holder, runs = held
-    later = Thread(target=lambda: (time.sleep(1), holder.let_go()))
+    said = ""
+
+    def let_go_when_it_waits():
+        nonlocal said
+        while "waiting for b, which somebody holds; Ctrl-C ends the wait" not in said:
+            time.sleep(0.02)
+            said += capsys.readouterr().err
+        holder.let_go()
+
+    later = Thread(target=let_go_when_it_waits, daemon=True)
     later.start()
 
     status = start(checked, runs, wait_s=60)
@@ -78,7 +87,6 @@ def test_a_run_begins_when_its_devices_are_free(bench, held, capsys):
     assert status == 0
     assert holder.a_was_free
     assert [c["name"] for c in bench.calls(run.name) if c["word"] == "done"] == ["x", "y"]
-    assert "waiting for b, which somebody holds; Ctrl-C ends the wait" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("wait_s", [0.0, 0.5])
