@@ -42,6 +42,9 @@ BIND_ALL = os.environ.get("LABRUN_WINDOWS_RULES") == "all"
 TESTS = () if BIND_ALL else ("labrun.tests.", "labrun.drivers.contract_tests.")
 # It writes to the real console; click does without it.
 sys.modules.setdefault("colorama", None)  # pyright: ignore[reportArgumentType]
+HERE = os.path.dirname(__file__).encode()
+ruled: dict[str, bool] = {}
+"""Process -> whether it was started under these rules."""
 text_mode: set[int] = set()
 looks: dict[str, int] = {}
 real_open, real_write, real_fsync, real_close = os.open, os.write, os.fsync, os.close
@@ -122,11 +125,13 @@ def is_open(path: object) -> bool:
 
 
 def is_open_elsewhere(path: object) -> bool:
-    """The same of other processes of this user."""
+    """The same of other processes under these rules."""
     place = os.path.realpath(path)  # type: ignore[arg-type]
     for pid in () if os.path.isdir(place) else filter(str.isdigit, os.listdir("/proc")):
         try:
-            numbers = os.listdir(f"/proc/{pid}/fd")
+            if pid not in ruled:
+                ruled[pid] = HERE in Path(f"/proc/{pid}/environ").read_bytes()
+            numbers = os.listdir(f"/proc/{pid}/fd") if ruled[pid] else []
         except OSError:
             continue
         for number in numbers:
