@@ -111,7 +111,7 @@ def check_name(path: object) -> None:
 def is_open(path: object) -> bool:
     """Whether this process has a file open, which nobody may then replace, rename or delete."""
     try:
-        there = os.stat(path)  # type: ignore[arg-type]
+        there = os.lstat(path)  # type: ignore[arg-type]
     except OSError:
         return False
     for number in () if stat.S_ISDIR(there.st_mode) else os.listdir("/proc/self/fd"):
@@ -127,7 +127,11 @@ def is_open(path: object) -> bool:
 def is_open_elsewhere(path: object) -> bool:
     """The same of other processes under these rules."""
     place = os.path.realpath(path)  # type: ignore[arg-type]
-    for pid in () if os.path.isdir(place) else filter(str.isdigit, os.listdir("/proc")):
+    for pid in (
+        ()
+        if os.path.isdir(place) or os.path.islink(path)
+        else filter(str.isdigit, os.listdir("/proc"))
+    ):
         try:
             if pid not in ruled:
                 ruled[pid] = HERE in Path(f"/proc/{pid}/environ").read_bytes()
@@ -226,9 +230,14 @@ def text_encoding(encoding, stacklevel=2):
     return real_text_encoding(encoding, stacklevel)
 
 
-def step(real: Callable[[], float]) -> Callable[[], float]:
-    """A clock that goes on by TICK_S, as those of Windows do."""
-    return lambda: real() // TICK_S * TICK_S
+class Stepped:
+    """A clock that goes on by TICK_S, as those of Windows do; like them no method, wherever it is kept."""
+
+    def __init__(self, real: Callable[[], float]) -> None:
+        self.real = real
+
+    def __call__(self) -> float:
+        return self.real() // TICK_S * TICK_S
 
 
 def clock_info(name: str) -> types.SimpleNamespace:
@@ -329,7 +338,11 @@ os.O_BINARY = 1 << 30  # type: ignore[attr-defined]
 os.open, os.write, os.close, os.fsync, os.mkdir = open_, write, close, fsync, mkdir_  # type: ignore[assignment]
 builtins.open = io.open = builtin_open
 io.text_encoding = text_encoding  # type: ignore[assignment]
-time.time, time.monotonic, time.get_clock_info = step(time.time), step(time.monotonic), clock_info  # type: ignore[assignment]
+time.time, time.monotonic, time.get_clock_info = (
+    Stepped(time.time),
+    Stepped(time.monotonic),
+    clock_info,
+)  # type: ignore[assignment]
 os.replace, os.rename = guarded("replace", both=True), guarded("rename", both=True)
 os.unlink, os.remove = guarded("unlink", both=False), guarded("remove", both=False)
 os.kill = kill
