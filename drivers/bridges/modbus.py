@@ -62,6 +62,7 @@ class Register(Model):
     bit: int | None = Field(default=None, ge=0, le=15)
     bits: list[int] | None = None
     word_order: Literal["big", "little"] | None = None
+    byte_order: Literal["big", "little"] | None = None
     unit: int | None = Field(default=None, ge=0, le=255)
     nothing: list[int] = Field(default_factory=list)
     """Raw values that stand for no value, such as 32767 for a probe that is not plugged in."""
@@ -274,10 +275,11 @@ class Modbus(Bridge):
 
         A text has no highest word, but its two letters may lie the other way round.
         """
-        if self.config.byte_order == "little" and "16" not in one.type:
+        said: ModbusConfig = self.config
+        if (one.byte_order or said.byte_order) == "little" and "16" not in one.type:
             words = [word >> 8 | (word & 0xFF) << 8 for word in words]
-        order = one.word_order or self.config.word_order
-        return words[::-1] if order == "little" and one.type != "string" else words
+        turned = (one.word_order or said.word_order) == "little"
+        return words[::-1] if turned and one.type != "string" else words
 
     async def _ask(self, name: str, call: str, said: Any, *given: Any, **more: Any) -> Any:
         """One request about a register."""

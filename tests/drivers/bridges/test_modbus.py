@@ -101,12 +101,14 @@ def test_words_and_bytes_may_be_turned_round_but_not_a_text(peer, once):
     both = {"read": names, "returns": dict(zip(names, kinds, strict=True))}
     plain = {**said, "byte_order": "big", "actions": {"word": {**both, "read": "word"}}}
     plain["actions"]["word"]["returns"] = {"word": {"type": "string"}}
+    own = {**plain, "registers": {"word": {**REGISTERS["word"], "byte_order": "little"}}}
 
     told = once("modbus", {**said, "actions": {"both": both}}, "both")
 
     assert told.pop("upright") == 0xC07F0000
     assert told == {"turned": 1.5, "word": "VONE", "third": False, "seventh": True}
     assert once("modbus", plain, "word") == {"word": "OVEN"}
+    assert once("modbus", own, "word") == {"word": "VONE"}
 
 
 def test_a_device_that_refuses_questions_while_it_works_is_not_asked_to_work_again(peer, ask):
