@@ -14,6 +14,7 @@ from ...system.start import later
 from .buttons import Where
 from .match import Box, Picture, Template, look_for, overlap, unfit
 from .watching import Deed, Key, Look, Press
+from .windows import called
 
 with later("cv2"):
     import cv2
@@ -71,7 +72,7 @@ def hits(deeds: Sequence[Deed], title: str) -> tuple[list[Hit], list[str]]:
 def _hit(press: Press, title: str) -> Hit | None:
     look = press.before
     window = look.window_at(press.x, press.y)
-    main = next((w for w in look.windows if title in w.title and not w.owned), None)
+    main = next(iter(called(title, look.windows)), None)
     if window is None or main is None or not (window.id == main.id or window.is_over(main)):
         return None
     x, y, width, height = (round(n * look.ratio) for n in window.box)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from .match import Box, Picture, overlap
-from .windows import Window, Windows
+from .windows import Window, Windows, called
 
 FULL_SCREEN = 0.95
 FLAT = 2.0
@@ -49,7 +49,7 @@ def view_of(title: str, windows: Windows, screen: Picture, ratio: float) -> View
         _not_blank(screen)
         return View(screen, (0, 0), ratio, None, (), "")
     listed = windows.listed()
-    mains = [w for w in listed if title in w.title and not w.owned and not w.popup]
+    mains = called(title, listed)
     if not mains:
         titles = ", ".join(repr(w.title) for w in listed if w.title)[:200] or "none with a title"
         raise Trouble(

@@ -10,6 +10,7 @@ from ...schemas.contract import Action, Contract
 from ...schemas.contracts import read_contract, shipped_contracts
 from .options import WrongUsage, say
 from .record_interactively import asked, point_at
+from .screen_picture import view_of_screen
 
 LAB = "lab.yaml"
 
@@ -25,6 +26,7 @@ def record_worked(output: Path, named: str, watch: list[Path], title: str | None
         raise WrongUsage(
             "without the title of its window, nobody knows which presses are the program's"
         )
+    view_of_screen(title)  # told now where no window, or more than one, is called so
     probes = {action.probe for action in contract.actions.values()}
     actions: dict[str, Any] = {}
     typer.echo("Work the program slowly, with the mouse, in its own window, as it stands idle.")

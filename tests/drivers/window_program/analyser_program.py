@@ -455,7 +455,8 @@ class Program:
     def second_window(self):
         other = tk.Toplevel(self.root)
         other.title(self.options["title"] + " (2)")
-        other.geometry("300x200+900+500")
+        size = f"{self.root.winfo_width()}x{self.root.winfo_height()}"
+        other.geometry(f"{size}+900+500")
         self.others["second"] = other
 
     def obey(self, line):

@@ -6,7 +6,7 @@ import pytest
 
 from labrun.drivers.window_program.deeds import NotCut, cut_out, hits
 from labrun.drivers.window_program.watching import Key, Look, Press
-from labrun.drivers.window_program.windows import Window
+from labrun.drivers.window_program.windows import Window, called
 
 MAIN = Window(1, "Acme 2.0", (0, 0, 400, 300), owned=False, program=7)
 MENU = Window(2, "", (250, 150, 100, 80), owned=False, popup=True, program=7)
@@ -72,6 +72,16 @@ def test_a_button_is_cut_at_its_border_a_field_by_its_label_and_a_list_where_it_
         180, abs=1
     )
     assert part[0] > 80 and part[0] <= 204 < part[0] + part[2]
+
+
+@pytest.mark.parametrize(
+    ("area", "program", "meant"),
+    [((200, 150), 7, [1]), ((399, 300), 7, [4, 1]), ((200, 150), 8, [4, 1])],
+)
+def test_a_small_window_of_the_same_program_and_title_is_beside_the_meant_one(area, program, meant):
+    log = Window(4, "Acme 2.0", (450, 0, *area), owned=False, program=program)
+
+    assert [window.id for window in called("Acme", (log, OTHER, MENU, MAIN))] == meant
 
 
 def test_what_stands_twice_or_is_blank_is_refused():
