@@ -115,8 +115,9 @@ class Ledger:
             disk.execute("PRAGMA journal_mode = WAL")
             disk.execute("PRAGMA synchronous = FULL")
             disk.execute("PRAGMA fullfsync = ON")  # of macOS, as `system.files.sync_file`
-            # An older file beside a newer write-ahead log has newest changes, and gaps before.
-            found = disk.execute("PRAGMA quick_check(1)").fetchone()[0]
+            # An older file beside a newer write-ahead log has newest changes, and gaps before. A goal
+            # whose id a disk has changed would count as one that never was: the index tells it.
+            found = disk.execute("PRAGMA integrity_check(1)").fetchone()[0]
             if found != "ok":
                 raise sqlite3.DatabaseError(found.replace("\n", " "))
             disk.executescript(TABLES)

@@ -3,6 +3,7 @@
 import asyncio
 import sqlite3
 import time
+from contextlib import closing
 from hashlib import sha256
 
 import pytest
@@ -191,6 +192,16 @@ def test_an_older_file_beside_the_newest_write_ahead_log_is_no_ledger(path):
 
     with pytest.raises(LedgerFault, match=r"is damaged: .*; move it away"):
         Ledger(mixed)
+
+
+def test_a_letter_of_a_goal_that_a_disk_has_changed_is_damage_not_a_goal_that_never_was(path):
+    with closing(Ledger(path)) as ledger:
+        ledger.admit(goal("run/main/shoot/1"), "EXECUTING")
+    data = path.read_bytes()
+    path.write_bytes(data.replace(b"run/main/shoot/1", b"run/main/shoot/9", 1))
+
+    with pytest.raises(LedgerFault, match="is damaged"):
+        Ledger(path)
 
 
 def test_a_full_disk_is_a_sentence_and_what_was_written_stays(path):
