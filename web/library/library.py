@@ -124,7 +124,12 @@ class Library:
         now_ns = time.time_ns()
         id = f"{now_ns}-{secrets.token_hex(3)}"
         write_whole(self._trash / id / name, data)
-        remove(place_of(self.folder, name))
+        try:
+            remove(place_of(self.folder, name))
+        except OSError as fault:
+            shutil.rmtree(self._trash / id, ignore_errors=True)
+            words = fault.strerror or str(fault)
+            raise Refusal(507, "NOT_DELETED", f"{name} cannot be deleted: {words}") from fault
         return Thrown(id=id, name=name, thrown_at=iso(now_ns / 1e9), size=len(data))
 
     def trash(self) -> list[Thrown]:

@@ -11,6 +11,8 @@ from ...system.files import write_whole
 
 BLOCK = re.compile(r"^notify:.*\n?(?:(?:[ \t#-].*)?\n)*(?:[ \t#-].*)?", re.MULTILINE)
 """The key with all that is indented below it."""
+PLAIN = re.compile(r"\$\w+|[a-z]+://[\w.:/@+%?=&~-]*\w|question|failed|done|device_lost")
+"""Texts of a `notify` that mean themselves without quotation marks."""
 
 
 def keep_notify(path: Path, notify: LabNotify | None) -> None:
@@ -58,9 +60,18 @@ def _tail(block: str) -> str:
 
 
 def _block(wanted: dict[str, Any]) -> str:
-    to = "".join(f"    - {json.dumps(one, ensure_ascii=False)}\n" for one in wanted["to"])
+    to = "".join(f"    - {_written(one)}\n" for one in wanted["to"])
     rest = "".join(f"  {n}: {json.dumps(v)}\n" for n, v in wanted.items() if n != "to")
     return f"notify:\n  to:\n{to}{rest}"
+
+
+def _written(value: Any) -> str:
+    """In one line, with quotation marks only where YAML needs them."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{name}: {_written(one)}" for name, one in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_written, value)) + "]"
+    return value if PLAIN.fullmatch(value) else json.dumps(value, ensure_ascii=False)
 
 
 def _read(text: str, path: Path) -> dict[str, Any]:

@@ -172,7 +172,10 @@ def _why_not(fault: OSError, options: "Options") -> str:
             "use a free port with --port 0"
         )
     if fault.filename is not None:
-        return f"{fault.filename} cannot be used: {words}"
+        way_on = ""
+        if fault.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+            way_on = "; serve a folder in which you may write, such as a copy of this one"
+        return f"{fault.filename} cannot be used: {words}{way_on}"
     return f"cannot listen on {where}, or a folder cannot be used: {words}"
 
 
