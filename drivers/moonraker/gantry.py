@@ -173,7 +173,11 @@ class Moonraker(FedGantry):
         return tuple(map(float, live[:3])) if self._doing and live else self._at
 
     async def _finish(self) -> None:
-        await self.link.run("M400", MOTION_S)
+        """By a question to its boards, which is sent when the last move has ended.
+
+        M400 asks Klipper's own clock: it was answered, and the next moves were, while a board was gone.
+        """
+        await self.link.run("QUERY_ENDSTOPS", MOTION_S)
 
     async def _machine(self) -> Point:
         """By M114: a query is answered four times a second only."""
@@ -222,7 +226,7 @@ class Moonraker(FedGantry):
         if self.link.halted:  # it has switched its pins to where its configuration wants them then
             raise Refused(self.link.alarm)
         await self.link.run(line)
-        await self.link.run("M400", MOTION_S)
+        await self._finish()
 
     async def _override(self, feed: int | None, rapid: int | None) -> None:
         wanted = feed if feed is not None else rapid

@@ -1,11 +1,11 @@
 """Moonraker and Klipper behind it, as 0.11.0 and Klipper's own host and simulated board were seen to behave.
 
-A line is answered when it is planned, `M400` when all has stood still; a line waits for the one
-before it, an emergency stop does not; any program may set relative moves (`G91`) or let go of the
-motors (`M18`); the news of a halt and of a start come after the state that they tell; a restart that
-comes at once after a halt ends in state error, as its board is not ready yet; a line that Klipper does not
-know is answered as done, and told in a message beside; reports come four times a second; nobody is
-let in without the API key.
+A line is answered when it is planned, `M400` when all has stood still, by its own clock, and
+`QUERY_ENDSTOPS` by its board; a line waits for the one before it, an emergency stop does not; any
+program may set relative moves (`G91`) or let go of the motors (`M18`); the news of a halt and of a
+start come after the state that they tell; a restart that comes at once after a halt ends in state
+error, as its board is not ready yet; a line that Klipper does not know is answered as done, and told
+in a message beside; reports come four times a second; nobody is let in without the API key.
 """
 
 import asyncio
@@ -31,6 +31,7 @@ class Peer:
         self.place, self.told, self.shift = [0.0] * 3, [0.0] * 3, [0.0, 0.0, 0.0]
         self.relative = False
         self.restarts, self._is_news = 0, False
+        self.is_gone = False  # its board; Klipper plans on
         self.blocks, self.stands, self.heard, self.sockets = [], [], [], set()
         self._ready, self._over = threading.Event(), None
         self._thread = threading.Thread(target=lambda: asyncio.run(self._live()), daemon=True)
@@ -162,9 +163,12 @@ class Peer:
                     begins = self.blocks[-1][3] if self.blocks else time.monotonic()
                     self.blocks.append((self.told, end, begins, begins + length / speed))
                 self.told = end
-            case "M400":
+            case "M400" | "QUERY_ENDSTOPS":
                 while self.blocks:  # noqa: ASYNC110 - a clock moves it
                     await asyncio.sleep(0.005)
+                if code == "QUERY_ENDSTOPS" and self.is_gone:
+                    await self._halt("Lost communication with MCU 'mcu'")
+                    raise ValueError(self.message)
             case "M114":
                 x, y, z = (at - by for at, by in zip(self.told, self.shift, strict=True))
                 await self._tell("notify_gcode_response", f"X:{x:.3f} Y:{y:.3f} Z:{z:.3f} E:0.000")

@@ -52,6 +52,20 @@ def test_a_move_that_is_refused_on_its_way_has_ended_and_is_not_said_to_be_undon
     assert played(gantry(peer), story) == ("unknown", None)
 
 
+def test_a_move_is_not_done_while_its_board_is_gone(peers, gantry):
+    peer = peers()
+
+    async def story(driver):
+        await driver.home(GoalContext("h"))
+        await driver.move_to(GoalContext("0"), x=1)
+        peer.is_gone = True
+        with pytest.raises(ActionFailed, match="Lost communication with MCU") as failed:
+            await driver.move_to(GoalContext("1"), x=2)
+        return failed.value.happened
+
+    assert played(gantry(peer), story) == "unknown"
+
+
 @pytest.mark.slow
 def test_a_halted_klipper_is_told_and_unlock_restarts_it(peers, gantry, monkeypatch):
     monkeypatch.setattr(moonraker, "RESTART_S", 0.0)
