@@ -31,6 +31,8 @@ AGAIN_S = 3.0
 THERE_S = 3.0  # the position is reported up to 0.9 s late
 ZERO_S = 10.0  # the offset comes with every 30th report, five of them a second
 HELD_S = 3.0
+UNLOCK, RESET = 1, 2
+"""What CONTROL's `clearAlarm` does: `$X`, or a reset that drops its queue, and `$X`."""
 SILENCE_S = 2.0  # CONTROL sends ten statuses a second
 
 
@@ -183,12 +185,19 @@ class OpenBuilds(GrblDialect):
                     self._reattaching = False
 
     async def _clear(self) -> None:
-        """Clear the queue, reset, unlock. A reset right after an alarm would be ignored."""
+        """Clear the queue, reset, unlock. A reset right after an alarm would be ignored.
+
+        CONTROL unlocks half a second after the reset; a board that boots for longer loses that.
+        """
         control = self.control
         since = asyncio.get_running_loop().time() - control.alarm_at
         await asyncio.sleep(max(0.0, 1.0 - since))
-        await control.emit("clearAlarm", 2)
+        boots = control.boots
+        await control.emit("clearAlarm", RESET)
+        await control.until(lambda: control.boots > boots, HELD_S)
         await asyncio.sleep(1.0)
+        if control.locked and control.boots > boots:
+            await control.emit("clearAlarm", UNLOCK)
         if not await control.until(lambda: control.clear, HELD_S):
             view = control.view
             told = f"it still reports {view.run}" if view else "it is silent"

@@ -35,6 +35,7 @@ class Control:
         self.queue = deque()
         self.sent = None
         self.told = True  # whether it tells `status`
+        self.boots_for_long = False
         self.gives_up_s = (
             0.0  # it closes a port on which nothing has responded by then; 2 s on the real one
         )
@@ -147,12 +148,15 @@ class Control:
 
     async def _clearAlarm(self, _, data):  # noqa: N802
         self.heard.append(("clearAlarm", data))
-        self.queue.clear()
-        self.sent = None
-        self._write(b"\x18")
-        await asyncio.sleep(0.5)
+        if data == 2:
+            self.queue.clear()
+            self.sent = None
+            self._write(b"\x18")
+            await asyncio.sleep(0.5)
+            self.connection = 2
+            if self.boots_for_long:
+                return  # it boots, and loses what it is sent
         self._write(b"$X\n")
-        self.connection = 2
 
     async def _serialInject(self, _, data):  # noqa: N802
         self.heard.append(("serialInject", data))

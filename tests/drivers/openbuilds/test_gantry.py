@@ -185,7 +185,7 @@ def test_an_alarm_in_mid_move_is_named_and_ends_with_unlock_and_home(peer, playe
         with pytest.raises(ActionFailed, match="ALARM:1: a limit switch was hit") as hit:
             await driver.move_to(GoalContext("a"), x=300)
         locked = await driver.status()
-        peer.hit_at = None
+        peer.hit_at, control.boots_for_long = None, True
         await driver.unlock(GoalContext("b"))
         unlocked = await until(driver, lambda s: s["state"] != "alarm")
         await driver.home(GoalContext("c"))
