@@ -11,7 +11,7 @@ from .stopping import stop
 REPORT_S = 1.0
 RESET_S = 2.0
 OPTIONS_S = 2.0
-FLUID = re.compile(r"FluidNC [^\s:\]]+")
+VERSION = re.compile(r"\[VER:(?:.*(?P<fluid>FluidNC [^\s:\]]+)|(?P<grbl>[^:\]]+))")
 OFFSET_LOOKS = 40  # the offset comes with every tenth to thirtieth report
 
 
@@ -74,10 +74,9 @@ async def _options(controller: Controller) -> str:
     except (Refused, Silent):
         return ""
     version = " ".join(line for line in controller.overheard if line.startswith("[VER:"))
-    if not controller.firmware and (fluid := FLUID.search(version)):
-        controller.firmware = fluid[
-            0
-        ]  # by telnet or WebSocket it does not boot, and says no banner
+    if not controller.firmware and (found := VERSION.search(version)):
+        # By telnet or WebSocket, and on many boards' own USB, it does not boot, and says no banner.
+        controller.firmware = found["fluid"] or f"Grbl {found['grbl']}"
     return next((text.split(",")[0] for text in told if "," in text), "")
 
 

@@ -88,6 +88,15 @@ def test_a_board_that_does_not_boot_when_its_port_is_opened_is_found_by_its_repo
     assert "18" in peer.heard
 
 
+def test_one_that_is_locked_as_well_is_named_by_its_version(peers, gantry, played):
+    async def story(driver):
+        return driver.controller.firmware
+
+    firmware = played(gantry(peers(boots_on_open=False), boot_s=0.3), story, homed=False)
+
+    assert firmware == "Grbl 1.1h.20190830"
+
+
 @pytest.mark.parametrize(
     ("settings", "why"),
     [
