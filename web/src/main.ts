@@ -1,4 +1,5 @@
 // The page begins.
+import './app/storage'
 import { createPinia } from 'pinia'
 import { createApp } from 'vue'
 import App from './app/App.vue'
