@@ -22,7 +22,7 @@ END_S = 15.0
 LOOK_S = 30.0
 """How often it is seen whether quiet hours are over."""
 HELD = "messages.json"
-"""In the run's folder: what nobody was told, since its end came in quiet hours."""
+"""In the run's folder: what nobody was told, since its end came in quiet hours, and what did not arrive."""
 
 
 class Notifier:
@@ -32,6 +32,7 @@ class Notifier:
         self.run, self.wanted = run, wanted
         self._tasks: set[asyncio.Task[None]] = set()
         self._held: list[tuple[NotifyEvent | None, str, str]] = []
+        self._lost: list[str] = []
         self._waking: asyncio.Task[None] | None = None
 
     def send(self, text: str, picture: str = "", event: NotifyEvent | None = None) -> None:
@@ -62,8 +63,9 @@ class Notifier:
         if self._tasks:
             await asyncio.wait(self._tasks, timeout=END_S)
         await end(*self._tasks)
-        if self._held:
-            data = [{"event": event, "text": text} for event, text, _ in self._held]
+        if self._held or self._lost:
+            held = [{"event": event, "text": text} for event, text, _ in self._held]
+            data = [*held, *({"lost": words} for words in self._lost)]
             write_whole(self.run.folder / HELD, json.dumps(data).encode(), sync=False)
 
     async def _wake(self) -> None:
@@ -82,7 +84,8 @@ class Notifier:
                 if len(refused) == len(told)
                 else f"{len(refused)} of {len(told)} were not"
             )
-            self.run.log(f"{who} told {text!r}: {reasons(refused)}")
+            self._lost.append(f"{who} told {text!r}: {reasons(refused)}")
+            self.run.log(self._lost[-1])
 
 
 FIGURES = ("element_maps.png", "line_scan.png")

@@ -104,7 +104,10 @@ class Notifying:
         except (OSError, ValueError):
             return
         for one in held:
-            yield Message(one["event"], one["text"], run.id)
+            if "lost" in one:
+                self._tell(f"{run.id}: {one['lost']}")
+            else:
+                yield Message(one["event"], one["text"], run.id)
 
     def say(self, message: Message) -> None:
         """Tell those who want to hear of it; in quiet hours it waits for their end."""

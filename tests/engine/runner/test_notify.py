@@ -45,9 +45,11 @@ def test_people_are_told_of_what_the_lab_wants(bench, webhook, tmp_path, monkeyp
     port, told = webhook
     monkeypatch.setenv("HOOK", f"json://127.0.0.1:{port}/")
     lab = tmp_path / "lab.yaml"
-    lab.write_text(bench.lab.read_text() + "\nnotify: {to: [$HOOK], on: [failed, question]}\n")
+    who = "[$HOOK, {to: 'json://127.0.0.1:9/', on: [failed]}]"
+    lab.write_text(bench.lab.read_text() + f"\nnotify: {{to: {who}, on: [failed, question]}}\n")
     file = tmp_path / "p.yaml"
     file.write_text(f"labrun: 1\nname: p\ndevices: {{a: scripted@1}}\nsteps:{STEPS}")
+    monkeypatch.setattr("labrun.engine.runner.notify.AGAIN_S", (0.0, 0.01))
     checked = check_file(file, lab=lab)
     assert not [p for p in checked.problems if p.severity == "error"], checked.problems
 
@@ -56,6 +58,11 @@ def test_people_are_told_of_what_the_lab_wants(bench, webhook, tmp_path, monkeyp
     assert status == 1
     assert sorted(one["message"] for one in told) == [
         "a question is open: which?", "failed: enough", "it has begun",
+    ]  # fmt: skip
+    (kept,) = (tmp_path / "runs").glob("*/messages.json")  # for the page to say
+    lost = [one["lost"] for one in json.loads(kept.read_text())]
+    assert [words.split(":")[0] for words in sorted(lost)] == [
+        "1 of 2 were not told 'failed", "1 of 2 were not told 'it has begun'",
     ]  # fmt: skip
 
 

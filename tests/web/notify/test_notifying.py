@@ -65,7 +65,8 @@ def test_what_is_news_and_what_is_not(tmp_path):
         run(id="r3", live=False, fate="interrupted"),
     ]
     (tmp_path / "r2").mkdir()
-    (tmp_path / "r2" / "messages.json").write_text(json.dumps([{"event": "done", "text": "late"}]))
+    kept = [{"event": "done", "text": "late"}, {"lost": "nobody was told 'begun': it is off"}]
+    (tmp_path / "r2" / "messages.json").write_text(json.dumps(kept))
     ended = lab.told()
 
     assert first == before == []
@@ -74,6 +75,7 @@ def test_what_is_news_and_what_is_not(tmp_path):
         ("device_lost", "libs is lost"),
     ]  # fmt: skip
     assert lab.told() == []
+    assert lab.said == ["r2: nobody was told 'begun': it is off"]
     assert not (tmp_path / "r2" / "messages.json").exists()
 
 
