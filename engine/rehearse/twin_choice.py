@@ -6,7 +6,14 @@ from pathlib import Path
 from typing import Any
 
 from ...drivers.driver import Driver, GoalContext
-from ...drivers.find import DriverFault, check_installed, driver_places, find_driver, speaks
+from ...drivers.find import (
+    SHIPPED,
+    DriverFault,
+    check_installed,
+    driver_places,
+    find_driver,
+    speaks,
+)
 from ...drivers.simulated.twins.twin import Twin
 from ...schemas.contract import Contract
 from ...schemas.lab import LabDevice
@@ -26,7 +33,11 @@ def player(name: str, lab: LoadedLab) -> tuple[type[Driver], dict[str, Any], str
     own = _own(device, lab)
     if own is not None and issubclass(own, Twin):
         return own, {**device.config, "clock": "rehearsal"}, f"its own twin, {device.driver}"
+    if own is not None and device.driver in COMPUTING:
+        return own, {}, COMPUTING[device.driver]
     for known in sorted(driver_places()):
+        if known in SHIPPED and known not in COMPUTING and not known.startswith("sim_"):
+            continue  # of real hardware; it need not be imported to know that
         found = _found(known)
         if found is None or not speaks(found, contract.type) or not _does(found, contract):
             continue

@@ -8,6 +8,8 @@ from labrun.engine.check import check_file
 from labrun.engine.commands.options import WrongUsage
 from labrun.engine.commands.rehearse import looked_at, ordered
 from labrun.engine.journal.gantt import Gantt
+from labrun.engine.lab.lab import load_lab
+from labrun.engine.rehearse import twin_choice
 from labrun.engine.rehearse.rehearse import NoRehearsal, Rehearsal, devices_read
 from labrun.engine.rehearse.table import duration, gantt, lines
 
@@ -119,6 +121,25 @@ def test_what_fails_for_good_is_told_with_its_reason(tmp_path):
 
     assert totals.fate == "failed"
     assert "no argon" in totals.reason
+
+
+def test_no_driver_of_real_hardware_is_imported_to_find_a_twin(monkeypatch):
+    asked: list[str] = []
+    find = twin_choice.find_driver
+    monkeypatch.setattr(
+        twin_choice, "find_driver", lambda name, base: asked.append(name) or find(name, base)
+    )
+    lab, _ = load_lab(SHIPPED / "labs" / "aecp.yaml")
+    assert lab is not None
+    played = {name: twin_choice.player(name, lab)[2] for name in ("gantry", "reduce")}
+
+    assert played == {"gantry": "the twin sim_gantry", "reduce": "the reduction itself"}
+    assert {name for name in asked if not name.startswith("sim_")} == {
+        "openbuilds",
+        "gp",
+        "reducer",
+    }
+    assert asked[-1] == "reducer"
 
 
 def test_a_device_without_a_twin_is_played_by_a_stand_in(tmp_path):
