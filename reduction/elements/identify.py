@@ -170,7 +170,7 @@ def identify(
     least = max(SECOND_ERROR_NM, CHANNELS_OFF / 2 * pitch_nm, STILL_SHIFTED * wide_nm)
     bonus = _from_h_alpha(hydrogen)
     widths, unsure = stark(known, FIRST_STARK), gain
-    for _ in range(2 if response is not None else 1):
+    for last in (False, True) if response is not None else (True,):
         offsets = _second_offsets(profiles, known, expected, indexed, before, of_axis_nm)
         expected = _expected(known, plot, expected)
         gain = np.zeros(len(expected.log_area))
@@ -199,7 +199,7 @@ def identify(
             bend = _bend(response, seams_nm)
             missing = _missing_lines(known, expected, matched, indexed)
         kelvin = plot.temperature_k if plot else start_k
-        plot = fit_plot(lines, _density(hydrogen), kelvin, STEPS, bend, missing)
+        plot = fit_plot(lines, _density(hydrogen), kelvin, STEPS, bend, missing, last)
         if response is not None and plot is not None:
             response = plot.response
     if plot is not None and plot.response is not None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..spectrum.curve import median
 from ..spectrum.spectrum import FloatArray, IntArray
 from .growth import growth_table, log_depth_of_unit
 from .plot_fit import COOLEST_K, HOTTEST_K, LEAST_LN_NE, MOST_LN_NE, gauss_newton, trust
@@ -23,7 +24,9 @@ USUAL_LOG_NE, USUAL_NE_SPREAD = float(np.log(8e16)), 1.2
 CALIBRATION = 0.08  # of ln(area): efficiency, background, the model itself
 # What one zone in equilibrium lacks, as a part of T: at all, and for each e-fold of light that the
 # thicker lines lost. Measured on spectra of one and two zones, half of them (benchmarks/coverage.py).
-UNIFORM, THICK = 0.015, 0.055
+UNIFORM, THICK = 0.015, 0.035
+FAR, USUAL_SQUARE = 9.0, 0.995  # z^2 of an outlier; mean of z^2 of a normal law, at most FAR each
+MOST_MISFIT, HALVINGS = 2.0, 12  # of ln(area)
 STEPS = 10
 LEAST_LINES = 4
 LEAST_SPREAD_EV = 0.8
@@ -89,6 +92,11 @@ class Plot:
     covariance: FloatArray
 
     @property
+    def lost(self) -> float:
+        """e-folds of light that the thicker lines lost."""
+        return _lost(self.kept)
+
+    @property
     def temperature_at_bound(self) -> bool:
         """Whether the fit ended at the lowest or highest temperature: no measurement."""
         return not 1.001 * COOLEST_K < self.temperature_k < 0.999 * HOTTEST_K
@@ -125,11 +133,14 @@ def fit_plot(
     most_steps: int = STEPS,
     bend: Bend | None = None,
     missing: PlotLines | None = None,
+    scattered: bool = False,
 ) -> Plot | None:
     """Fit the plot; None if the lines do not determine a temperature.
 
     density: ln n_e (per cm3) from elsewhere, such as the width of H-alpha. bend: the response is
-    fitted, too. missing: lines that should be brighter than `log_area` and are not seen.
+    fitted, too. missing: lines that should be brighter than `log_area` and are not seen. scattered:
+    where lines scatter by more than their errors, all of them do by as much more, strong ones too,
+    and the plot is fitted again; `chi2` stays that of their own errors.
     """
     if len(lines) < LEAST_LINES:
         return None
@@ -147,20 +158,47 @@ def fit_plot(
     thin, kept, residual, weight = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     sigma = np.sqrt(lines.error**2 + CALIBRATION**2)
     a = atoms()
-    covariance = gauss_newton(
-        p,
-        (lines.log_area, sigma, which, lines.ion.astype(np.int64), lines.e_k_ev, lines.vacuum_nm,
-         lines.width_nm, seen, knot, part),
-        _rows(lines, which),
-        names,
-        (a.log_u, GRID_K, a.limit_ev, growth_table()),
-        toward, prior, bend.stiff, most_steps, thin, kept, residual, weight,
-        np.zeros((len(p), len(p))),
-    )  # fmt: skip
-    return _as_plot(
-        p, covariance, kept[:n_seen], residual[:n_seen], sigma[:n_seen], own, names,
-        which[:n_seen], bend.knots_nm,
-    )  # fmt: skip
+    rows, chi2 = _rows(lines, which), None
+    while True:
+        covariance = gauss_newton(
+            p,
+            (lines.log_area, sigma, which, lines.ion.astype(np.int64), lines.e_k_ev, lines.vacuum_nm,
+             lines.width_nm, seen, knot, part),
+            rows,
+            names,
+            (a.log_u, GRID_K, a.limit_ev, growth_table()),
+            toward, prior, bend.stiff, most_steps, thin, kept, residual, weight,
+            np.zeros((len(p), len(p))),
+        )  # fmt: skip
+        plot = _as_plot(
+            p, covariance, kept[:n_seen], residual[:n_seen], sigma[:n_seen], own, names,
+            which[:n_seen], bend.knots_nm,
+        )  # fmt: skip
+        if chi2 is not None:
+            return replace(plot, chi2=chi2)
+        more = misfit(plot.residual, sigma[:n_seen], n_seen - 3 - len(names)) if scattered else 0.0
+        if more == 0.0:
+            return plot
+        chi2, sigma = plot.chi2, np.hypot(sigma, more)
+
+
+def misfit(residual: FloatArray, sigma: FloatArray, free: int) -> float:
+    """By how much lines scatter (one sigma of ln(area)) beyond their errors; 0 if they do not.
+
+    residual, sigma: shape (n,). free: degrees of freedom. With it in the errors the mean square of
+    residual / error is 1, outliers counted as 3 errors (Paule and Mandel, J. Res. NBS 87, 377 (1982)).
+    """
+    square, variance, wanted = residual**2, sigma**2, USUAL_SQUARE * max(free, 1)
+    low, high = 0.0, MOST_MISFIT
+    if np.minimum(square / variance, FAR).sum() <= wanted:
+        return 0.0
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if np.minimum(square / (variance + middle * middle), FAR).sum() > wanted:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
 
 
 def _rows(lines: PlotLines, which: IntArray):
@@ -203,8 +241,7 @@ def _as_plot(p, covariance, kept, residual, sigma, lines, names, which, knots_nm
         flags.append("upper levels lie close together")
     if np.min(part) < 0.7:
         flags.append("strong lines absorb themselves")
-    lost = float(np.median(-np.sort(kept)[: max(3, len(kept) // 4)]))
-    by_heat = float(np.sqrt(error[0] ** 2 + UNIFORM**2 + (THICK * lost) ** 2))
+    by_heat = float(np.sqrt(error[0] ** 2 + UNIFORM**2 + (THICK * _lost(part)) ** 2))
     response = None
     if n_knots:
         # The level itself is in the amounts: only differences along the axis have an error here.
@@ -221,6 +258,10 @@ def _as_plot(p, covariance, kept, residual, sigma, lines, names, which, knots_nm
     if plot.density_at_bound:
         flags.append("the lines do not tell the density")
     return replace(plot, flags=tuple(flags))
+
+
+def _lost(kept: FloatArray) -> float:
+    return -float(np.log(median(np.sort(kept)[: max(3, len(kept) // 4)])))
 
 
 def _leverage_ev(lines: PlotLines, which: IntArray) -> float:

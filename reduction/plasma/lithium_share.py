@@ -6,6 +6,7 @@ import numpy as np
 
 from ..spectrum.spectrum import FloatArray, IntArray
 from .boltzmann import CALIBRATION, Plot, PlotLines
+from .boltzmann import THICK as THICK_BY_HEAT
 from .strengths import atoms
 
 # Not counted: chamber gas, air, and anions. Their lines carry no information on cations.
@@ -16,7 +17,8 @@ SPAN = 0.35  # of the temperature, to either side
 N_GRID = 61
 # What one zone in equilibrium lacks: elements shine brightest in different parts of the plasma, whose
 # temperatures differ by so much of ln(T). Measured on spectra of one and two zones with all vices of
-# instruments (benchmarks/coverage.py), as what makes the errors of the share right.
+# instruments (benchmarks/coverage.py), as what makes the errors of the share right. In thick plasmas
+# they differ as T itself is wrong there.
 APART = 0.03
 # The same of ln of any one element's amount: at all, and for each e-fold of light that its lines lost.
 UNIFORM, THICK = 0.08, 0.4
@@ -81,7 +83,8 @@ def _relative_error(lines: PlotLines, plot: Plot) -> float:
     parts = np.exp(log_amount - log_amount.max())
     turn = np.where(atoms().elements[plot.names] == "Li", 1.0, 0.0) - parts / parts.sum()
     fitted = max(float(turn @ plot.covariance @ turn), 0.0)
-    return float(np.sqrt(fitted + (APART * (turn @ _by_heat(lines, plot))) ** 2))
+    apart = np.hypot(APART, THICK_BY_HEAT * plot.lost)
+    return float(np.sqrt(fitted + (apart * (turn @ _by_heat(lines, plot))) ** 2))
 
 
 def _by_heat(lines: PlotLines, plot: Plot) -> FloatArray:

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from labrun.reduction.plasma.boltzmann import Bend, Known, PlotLines, fit_plot
+from labrun.reduction.plasma.boltzmann import Bend, Known, PlotLines, fit_plot, misfit
 from labrun.reduction.plasma.growth import log_depth_of_unit
 from labrun.reduction.plasma.response import LOOSE, knots, stiffness
 
@@ -87,3 +87,22 @@ def test_a_line_that_is_missing_only_says_that_it_is_faint():
     assert same.temperature_k == pytest.approx(alone.temperature_k, rel=1e-3)
     silicon = few.element[0]
     assert less.log_scale[silicon] < alone.log_scale[silicon]
+
+
+def test_scatter_of_the_lines_beyond_their_errors_is_in_the_errors_of_the_plot():
+    rng = np.random.default_rng(5)
+    lines = lines_at(10_000.0, 17.0)
+    off = replace(lines, log_area=lines.log_area + rng.normal(0.0, 0.5, len(lines)))
+    plain, told = fit_plot(off), fit_plot(off, scattered=True)
+    assert plain is not None and told is not None
+    assert told.chi2 == plain.chi2 > 1.0
+    assert told.temperature_error_k > 1.3 * plain.temperature_error_k
+    assert abs(told.temperature_k - 10_000.0) < 2 * told.temperature_error_k
+
+
+@pytest.mark.parametrize("more", [0.0, 0.1, 0.5])
+def test_misfit_is_what_the_lines_scatter_by_beyond_their_errors(more):
+    rng = np.random.default_rng(3)
+    sigma = rng.uniform(0.05, 0.3, 2_000)
+    found = misfit(rng.normal(0.0, np.hypot(sigma, more)), sigma, len(sigma))
+    assert found == pytest.approx(more, rel=0.1, abs=0.03)
