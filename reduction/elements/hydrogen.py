@@ -11,6 +11,7 @@ import numpy as np
 from ..peaks.profiles import Profiles
 from ..peaks.render import render
 from ..peaks.voigt import SIGMA_PER_FWHM, Slit, fit_peaks
+from ..spectrum.curve import median
 from ..spectrum.spectrum import FloatArray
 from .offsets import Offsets
 
@@ -75,12 +76,12 @@ def _fit(x, y, profiles: Profiles, window, at):
     others = peaks.where(foreign)
     y = y - render(x, others, 0.05 * profiles.noise[window])
     edge = max(len(x) // 8, 3)
-    ends = np.array([np.median(y[:edge]), np.median(y[-edge:])])
+    ends = np.array([median(y[:edge]), median(y[-edge:])])
     y = y - np.interp(x, [x[edge // 2], x[-edge // 2]], ends)
     near = np.flatnonzero(np.abs(x - at) < NEAR_NM)
     if not len(near):
         return None
-    width = max(3, round(0.3 / float(np.median(np.diff(x)))))
+    width = max(3, round(0.3 / float(median(np.diff(x)))))
     smooth = np.convolve(y, np.full(width, 1 / width), mode="same")
     top = near[np.argmax(smooth[near])]
     if smooth[top] < 2.0 * profiles.noise[window][top]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..spectrum.bad import BadChannels, bridged, mark_bad
-from ..spectrum.curve import quantile
+from ..spectrum.curve import median, quantile
 from ..spectrum.kernel import float_kernel
 from ..spectrum.resampled import WHITE, sharing
 from ..spectrum.spectrum import BoolArray, FloatArray, Spectrum
@@ -111,7 +111,7 @@ def too_fine(profiles: Profiles) -> int:
         return 1
     slit = profiles.slit
     pitch_nm = (x[-1] - x[0]) / max(len(x) - 1, 1)
-    sigma_nm = float(np.median(slit.sigma_nm[:: max(len(x) // 200, 1)]))
+    sigma_nm = float(median(slit.sigma_nm[:: max(len(x) // 200, 1)]))
     width = (sigma_nm / SIGMA_PER_FWHM + slit.gamma_nm) / pitch_nm
     width = min(width, OVER_NARROW * narrow_nm(profiles) / pitch_nm)
     wide, enough = (WIDE, ENOUGH) if len(profiles.peaks) >= FEW else (WIDE_OF_FEW, ENOUGH_OF_FEW)

@@ -23,7 +23,7 @@ from .peaks import SIGNIFICANT, SOFTENED_NOISE, clear_of, find_peaks, standing_o
 from .render import render
 from .slit import QUIET_LINES, TAKEN_UP, Slit, learn
 from .spikes import has_spikes
-from .voigt import SIGMA_PER_FWHM, VoigtPeaks, fit_peaks
+from .voigt import SIGMA_PER_FWHM, VoigtPeaks, among, fit_peaks
 
 RESIDUAL = 4.5  # a peak in what the first fit left over, in noise
 FOREIGN = (
@@ -119,7 +119,7 @@ def fit_profiles(
         both = seeds
     prominence = clear_of(net, noise, both)
     both, peaks = merged(x, net, heard, both, prominence, peaks, taught.slit)
-    sure = np.isin(both, seeds) & (clear_of(net, noise, both) > NEVER_DROPPED) & ~bad[both]
+    sure = among(both, seeds) & (clear_of(net, noise, both) > NEVER_DROPPED) & ~bad[both]
     real = np.flatnonzero(significant(peaks) | (sure & (peaks.area > 0.0)))
     order = real[np.argsort(peaks.centre_nm[real], kind="stable")]
     return Profiles(

@@ -8,6 +8,7 @@ the tall ones wider, the small ones are noise; where tall and small ones are nar
 
 import numpy as np
 
+from ..spectrum.curve import median
 from ..spectrum.kernel import float_kernel
 from ..spectrum.spectrum import FloatArray, IntArray
 from .windows import half_height
@@ -25,8 +26,8 @@ def has_spikes(net: FloatArray, seeds: IntArray) -> bool:
     if len(seeds) < LEAST:
         return False
     falling = seeds[np.argsort(-net[seeds])]
-    tall = np.median(_full_widths(net, falling[:TALLEST]))
-    small = np.median(_full_widths(net, falling[len(falling) // 2 :]))
+    tall = median(_full_widths(net, falling[:TALLEST]))
+    small = median(_full_widths(net, falling[len(falling) // 2 :]))
     return bool(small < NEVER or (small < NARROW and tall > WIDER * small))
 
 

@@ -140,13 +140,20 @@ def fit_peaks(
     fits = _taken_over(channels, before)
     first = fits.parameters.copy()
     if start is not None:
-        same = np.isin(start[0], channels)
+        same = among(start[0], channels)
         at = np.searchsorted(channels, start[0][same])
         first[at] = _parameters(start[1])[same]
     known = np.isfinite(fits.parameters[:, 0])
     _fit_all(data, channels, full, slit, known, first, fits)
     area, centre_nm, sigma_nm, gamma_nm = fits.parameters.T.copy()
     return VoigtPeaks(area, centre_nm, sigma_nm, gamma_nm, *fits[1:])
+
+
+def among(some: IntArray, channels: IntArray) -> BoolArray:
+    """Which of some channels are among others, ascending, as those are; shape of `some`."""
+    if not len(channels):
+        return np.zeros(len(some), dtype=np.bool_)
+    return channels[np.minimum(np.searchsorted(channels, some), len(channels) - 1)] == some
 
 
 def _taken_over(channels: IntArray, before: tuple[IntArray, VoigtPeaks] | None) -> _Fits:

@@ -49,9 +49,12 @@ def mark_bad(intensity: FloatArray, alone: bool = True) -> BadChannels:
     if missing.all() or len(intensity) < 8:
         return BadChannels(missing, none, none.copy(), none.copy())
     y = bridged(intensity, missing)
-    noise = np.zeros(len(y))  # a channel that was bridged has none of its own
-    noise[~missing] = local_noise(y[~missing])
-    noise = bridged(noise, missing)
+    if missing.any():
+        noise = np.zeros(len(y))  # a channel that was bridged has none of its own
+        noise[~missing] = local_noise(y[~missing])
+        noise = bridge(noise, missing)
+    else:
+        noise = local_noise(y)
     if not alone:
         return BadChannels(missing, none, none.copy(), _full(y, noise) & ~missing)
     dead = _dead(y, noise)

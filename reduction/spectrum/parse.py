@@ -17,6 +17,25 @@ MAX_DIGITS = 18  # what fits into an int64
 
 
 @kernel
+def many_digits(text, at, end):
+    """As many digits as an int64 holds, of more that stand there, and their power of ten."""
+    digits, kept, power = np.int64(0), 0, 0
+    after_point = False
+    while at < end:
+        c = text[at]
+        if c == POINT:
+            after_point = True
+        elif kept < MAX_DIGITS:
+            digits = digits * 10 + (c - ZERO)
+            kept += digits > 0
+            power -= after_point
+        else:
+            power += not after_point
+        at += 1
+    return digits, power
+
+
+@kernel
 def number(text, at):
     """The number that begins at `at`: its value, where it ends, and whether it was understood."""
     end = len(text)
@@ -24,26 +43,23 @@ def number(text, at):
     if at < end and (text[at] == MINUS or text[at] == PLUS):
         negative = text[at] == MINUS
         at += 1
-    digits = np.int64(0)
-    n_seen, n_kept, power = 0, 0, 0
-    after_point = False
-    while at < end:
-        c = text[at]
-        if ZERO <= c <= NINE:
-            n_seen += 1
-            if n_kept < MAX_DIGITS:
-                digits = digits * 10 + (c - ZERO)
-                n_kept += digits > 0
-                power -= after_point
-            else:
-                power += not after_point
-        elif c == POINT and not after_point:
-            after_point = True
-        else:
-            break
+    digits, power, begin = np.int64(0), 0, at
+    while at < end and ZERO <= text[at] <= NINE:
+        digits = digits * 10 + (text[at] - ZERO)
         at += 1
+    n_seen = at - begin
+    if at < end and text[at] == POINT:
+        at += 1
+        point = at
+        while at < end and ZERO <= text[at] <= NINE:
+            digits = digits * 10 + (text[at] - ZERO)
+            at += 1
+        power = point - at
+        n_seen -= power
     if n_seen == 0:
         return 0.0, at, False
+    if n_seen > MAX_DIGITS:
+        digits, power = many_digits(text, begin, at)
     if at < end and text[at] in EXPONENTS:
         at += 1
         down = at < end and text[at] == MINUS

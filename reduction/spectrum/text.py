@@ -107,8 +107,6 @@ def _odd_line(
     fields = fields_of(line, dialect.separator)
     if len(fields) == dialect.columns + 1 and not fields[-1]:
         fields.pop()
-    number = text.count(b"\n", 0, at) + 1
-    where = f"line {number}"
     as_ever = len(fields) == dialect.columns and dialect.words
     if not numeric(fields[0]) and fields[0].lower() not in ("nan", "") and not as_ever:
         if _footer(text, stop):
@@ -116,16 +114,16 @@ def _odd_line(
         if _starts_over(text, stop, dialect):
             return None
     if not line.isprintable() and "\t" not in line:
-        raise Unreadable(f"{where} is not text; is this file damaged?")
+        raise Unreadable(f"{_where(text, at)} is not text; is this file damaged?")
     last = CUT if stop >= len(text.rstrip()) else ""
     if len(fields) < 2:
         raise Unreadable(
-            f"{where} has one column ({line[:SHOWN]!r}); "
+            f"{_where(text, at)} has one column ({line[:SHOWN]!r}); "
             f"a spectrum has two, wavelength and intensity{last}"
         )
     if len(fields) != dialect.columns:
         raise Unreadable(
-            f"{where} has {len(fields)} columns ({line[:SHOWN]!r}), and line {dialect.line} "
+            f"{_where(text, at)} has {len(fields)} columns ({line[:SHOWN]!r}), and line {dialect.line} "
             f"has {dialect.columns}{last}"
         )
     numbers = []
@@ -137,10 +135,15 @@ def _odd_line(
                 numbers.append(WORD)
                 continue
             what = "two numbers" if dialect.columns == 2 else "numbers"
-            raise Unreadable(f"{where} is not {what}: {line[:SHOWN]!r}") from None
+            raise Unreadable(f"{_where(text, at)} is not {what}: {line[:SHOWN]!r}") from None
     if not (math.isfinite(numbers[0]) or dialect.words):
-        raise Unreadable(f"{where} has no wavelength: {line[:SHOWN]!r}")
+        raise Unreadable(f"{_where(text, at)} has no wavelength: {line[:SHOWN]!r}")
     return [n if math.isfinite(n) or n is WORD else math.nan for n in numbers]
+
+
+def _where(text: bytes, at: int) -> str:
+    number = text.count(b"\n", 0, at) + 1
+    return f"line {number}"
 
 
 def _footer(text: bytes, at: int) -> bool:

@@ -82,8 +82,8 @@ def _decoded(raw: bytes, encoding: str) -> bytes:
 
 
 def _lines(text: bytes) -> bytes:
-    for mark, plain in TYPESET:
-        if mark in text:
+    if not text.isascii():
+        for mark, plain in TYPESET:
             text = text.replace(mark, plain)
     if b"\r" in text and b"\n" not in text:
         return text.replace(b"\r", b"\n")
