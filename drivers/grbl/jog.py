@@ -116,8 +116,10 @@ async def _taken(move: Move, line: str, *, first: bool) -> bool:
     try:
         await answer
     except GrblRefused as fault:
-        if first or fault.code != NOT_IDLE:
+        if first:
             raise
+        if fault.code != NOT_IDLE:
+            raise MotionFault(f"part of the way was behind it when {fault}") from fault
         return False
     return True
 

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from ..motion.bench import LETTERS, Point
 from ..motion.faults import Ended, MotionFault, Silent, WrongPlace
 from .controller import ASK, Controller
+from .faults import GrblRefused
 from .report import Report
 from .stopping import finished, stop
 
@@ -76,8 +77,13 @@ class Move:
         """Wait for the proof that all motion has ended."""
         for _ in range(PROOFS):
             proof = self.controller.say("G4P0")
-            if await self._wait(proof, lost_if_idle=True):
-                return
+            try:
+                if await self._wait(proof, lost_if_idle=True):
+                    return
+            except (
+                GrblRefused
+            ) as fault:  # what was sent before it has moved the axes, or still does
+                raise MotionFault(f"asked whether all motion has ended, {fault}") from fault
         raise Silent(f"it never answered `G4P0`; {self.controller.last_words}")
 
     async def _wait(self, answer: asyncio.Future[None], *, lost_if_idle: bool = False) -> bool:

@@ -61,6 +61,7 @@ class Peer:
         self.silent = False
         self.homing_fails = False
         self.eats_ok_of = None  # a line whose next `ok` is lost
+        self.refuses = {}  # line -> the error that it answers instead of obeying
         self.reset_at = None  # machine X at which its reset button is pressed, and held
         self.reset_pressed = False  # grblHAL is not unlocked meanwhile
         self.emergency = False  # pressed; grblHAL obeys no reset as long as it is
@@ -374,6 +375,8 @@ class Peer:
         line = re.sub(r"\(.*?\)|;.*|\s", "", text).upper()
         if len(text) > 80:
             return self.say("error:11")
+        if line in self.refuses:
+            return self.say(f"error:{self.refuses[line]}")
         if line.startswith("$J="):
             return self._jog(line[3:], text)
         if line.startswith("$"):

@@ -70,6 +70,19 @@ def test_a_jog_that_a_reset_ends_is_told_as_the_alarm(peers, gantry, played):
     played(gantry(peer), story, homed=True)
 
 
+@pytest.mark.parametrize("way", [{"distance": 5}, {"direction": "+"}])
+def test_whether_a_jog_that_could_not_be_seen_to_end_has_moved_is_unknown(
+    peer, gantry, played, way
+):
+    async def story(driver):
+        peer.refuses["G4P0"] = 9
+        with pytest.raises(ActionFailed, match=r"asked whether all motion has ended") as failed:
+            await driver.jog(GoalContext("a"), axis="x", feed=1200, **way)
+        return failed.value.happened
+
+    assert played(gantry(peer), story, homed=True) == "unknown"
+
+
 def test_a_jog_out_of_the_work_area_is_refused_before_it_is_sent(peer, gantry, played):
     async def story(driver):
         with pytest.raises(ActionFailed, match=r"SoftLimit: .*z 99.* is outside 0 to 85"):
