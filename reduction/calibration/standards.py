@@ -10,7 +10,7 @@ from pathlib import Path, PurePath
 from ..lines.formula import element_in
 
 PER_CENT = {
-    "wt %": 1.0, "wt%": 1.0, "wt.%": 1.0, "wt. %": 1.0, "mass %": 1.0, "%": 1.0, "g/kg": 0.1,
+    "wt %": 1.0, "wt%": 1.0, "wt.%": 1.0, "wt. %": 1.0, "mass %": 1.0, "%": 1.0, "g/kg": 0.1, "mg/g": 0.1,
     "ppm": 1e-4, "ug/g": 1e-4, "mg/kg": 1e-4, "ppb": 1e-7, "ug/kg": 1e-7,
 }  # fmt: skip
 UNITS = "wt %, g/kg, ppm, mg/kg, ppb"
@@ -92,10 +92,10 @@ def read_standards(text: str, name: str) -> Standards:
     ]
     first: dict[str, int] = {}
     problems += [
-        f"{name}:{n}: {one.sample!r} has a row already, line {first[one.sample]}; give one row to each "
-        "standard, with all its files"
+        f"{name}:{n}: {one.sample!r} has a row already, line {first[one.sample.casefold()]}; give one "
+        "row to each standard, with all its files"
         for (n, _), one in zip(rows[1:], samples, strict=True)
-        if one.sample and first.setdefault(one.sample, n) != n
+        if one.sample and first.setdefault(one.sample.casefold(), n) != n
     ]
     if not problems and not any(one.wt_percent for one in samples):
         problems.append(
@@ -165,7 +165,7 @@ def _standard(
                 f"{where}: {column.heading}: {cell!r} is no concentration; leave it empty, or write 0 "
                 "if there is none"
             )
-        elif told is None or not _number(told[1]):
+        elif told is None or not _number(told[1]) or not _unit_or_comma(told[2]):
             problems.append(
                 f"{where}: {column.heading}: {cell!r} is not a number; leave it empty where it is unknown"
             )
@@ -174,7 +174,7 @@ def _standard(
                 f"{where}: {column.heading}: {cell!r} has a comma; write a point, or put semicolons "
                 "between the columns"
             )
-        elif told[2] and _plain(told[2]) != column.unit:
+        elif told[2] and PER_CENT[_plain(told[2])] != PER_CENT[column.unit]:
             problems.append(
                 f"{where}: {column.heading}: {cell!r} is in another unit than its column ({column.unit}); "
                 "convert it"
@@ -201,6 +201,11 @@ def _standard(
             "elements written as oxides?"
         )
     return Standard(sample, known, tuple(one.strip() for one in files if one.strip()))
+
+
+def _unit_or_comma(text: str) -> bool:
+    """Of what follows a number: nothing, a known unit, or a comma, which has a word of its own."""
+    return not text or text.startswith(",") or _plain(text) in PER_CENT
 
 
 def _number(text: str) -> bool:

@@ -39,6 +39,12 @@ def test_a_table_of_a_spreadsheet_with_decimal_commas_is_read():
     assert found.samples[0].files == ("a_*.csv", "x.csv")
 
 
+def test_a_cell_may_say_the_unit_of_its_column_in_other_words():
+    found = read_standards("sample,Si (wt %),Li (ppm),K (mg/g)\nA,12.5 %,3 mg/kg,10\n", "s.csv")
+
+    assert found.samples[0].wt_percent == pytest.approx({"Si": 12.5, "Li": 3e-4, "K": 1.0})
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [
@@ -60,6 +66,8 @@ def test_a_table_of_a_spreadsheet_with_decimal_commas_is_read():
         ("sample,Li (ppm)\nA,many\n", "'many' is not a number"),
         ("sample,Li (ppm)\nA,1.2.3\n", "'1.2.3' is not a number"),
         ("sample,Li (ppm)\nA,1\nA,2\n", "s.csv:3: 'A' has a row already, line 2"),
+        ("sample,Li (ppm)\nA,1\na,2\n", "s.csv:3: 'a' has a row already, line 2"),
+        ("sample,Si (%)\nA,20 ± 1\n", "'20 ± 1' is not a number"),
         ("sample,Li (ppm)\n,1\n", "s.csv:2: the sample has no name"),
         ("sample,Si (%),Al (%)\nA,70,60\n", "the elements of A are 130.0 wt % together"),
         ("sample,SiO2 (%),Al2O3 (%)\nA,70,40\n", "what is written of A is 110.0 wt % together"),
