@@ -102,11 +102,12 @@ class Concentration:
 class OnePoint:
     """What standards tell of an element whose amount is read from the Saha-Boltzmann plot: `log_factor`
     is added to ln(amount), with its standard error for one shot; lost: e-folds of light that its lines lost
-    to self-absorption in the standards."""
+    to self-absorption in the standards; standards: how many told it, 0 where a file does not say."""
 
     log_factor: float
     error: float
     lost: float
+    standards: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,6 +40,9 @@ COOL_K, COOL_NE = 0.5, 0.3
 UNKNOWN_RESPONSE = 1.7
 MOST_SCATTER = 2.0  # of ln(area); a line further off is another's
 LEAST_SHOTS = 3  # whose scatter is an error
+# e-folds by which the cool parts of a sample and of the only standard differ: as makes errors of sodium and
+# potassium right on half of the made rocks, where it is 0.5.
+UNLIKE = 0.7
 TWO = (
     2**0.5
 )  # fits, the standard's and the sample's: a factor's error where scatter does not tell it
@@ -69,6 +72,7 @@ def _amounts(found: Identified | None) -> _Amounts | None:
     if not counted.any():
         return None
     log_mass = plot.log_scale[plot.names] + np.log([WEIGHT.get(name, 1.0) for name in names])
+    log_mass -= _too_bright(found, len(names))
     cool = _cool(found, len(names))
     usual = cool[len(cool) // 2]
     return _Amounts(
@@ -91,6 +95,23 @@ def _cool(found: Identified, n: int) -> FloatArray:
     return -np.array([np.bincount(which, weight * one, n) for one in more]) / total
 
 
+def _too_bright(found: Identified, n: int) -> FloatArray:
+    """The mean of lines' relative errors of area, those of transition probabilities left out; (n,)."""
+    plot, lines, a = found.plot, found.lines, atoms()
+    assert plot is not None and lines is not None
+    leader = np.abs(a.wavelength_nm[lines.rows] - lines.vacuum_nm[lines.entry]) < 1e-9
+    uncertainty = np.zeros(len(lines))
+    uncertainty[lines.entry[leader]] = a.uncertainty[lines.rows[leader]]
+    relative = np.sqrt(np.maximum(lines.error**2 - uncertainty**2, 0.0))
+    which, weight = (
+        np.searchsorted(plot.names, lines.element),
+        1 / (lines.error**2 + CALIBRATION**2),
+    )
+    return np.bincount(which, weight * relative, n) / np.maximum(
+        np.bincount(which, weight, n), 1e-12
+    )
+
+
 def one_point(
     standards: Sequence[tuple[Mapping[str, float], Sequence[Reduction]]],
 ) -> dict[str, OnePoint]:
@@ -98,8 +119,8 @@ def one_point(
 
     ln(known / found), up to what all elements of a shot share, which a closure does not need.
     """
-    told: dict[str, list[tuple[float, float, float]]] = {}
-    for wt_percent, shots in standards:
+    told: dict[str, list[tuple[float, float, float, int]]] = {}
+    for sample, (wt_percent, shots) in enumerate(standards):
         for shot in shots:
             found = _amounts(shot.identified)
             if found is None:
@@ -113,13 +134,15 @@ def one_point(
             factor = factor - np.average(factor, weights=np.exp(known))
             fitted = np.sqrt(np.diag(found.covariance)[own])
             for name, *each in zip(found.names[own], factor, fitted, found.lost[own], strict=True):
-                told.setdefault(str(name), []).append((each[0], each[1], each[2]))
+                told.setdefault(str(name), []).append((each[0], each[1], each[2], sample))
     points = {}
     for name, rows in told.items():
-        factor, fitted, lost = np.array(rows).T
+        factor, fitted, lost, sample = np.array(rows).T
         enough = len(rows) >= LEAST_SHOTS
         error = float(factor.std(ddof=1)) if enough else TWO * float(np.median(fitted))
-        points[name] = OnePoint(float(np.median(factor)), error, float(np.median(lost)))
+        points[name] = OnePoint(
+            float(np.median(factor)), error, float(np.median(lost)), len(set(sample.tolist()))
+        )
     return points
 
 
@@ -140,20 +163,24 @@ def concentrations(
     doubtful = counted & ~sure
     counted = sure if sure.any() else counted
     bound = np.array([with_oxygen(name, closed) for name in names])
-    own = np.hypot(UNIFORM, THICK * told.lost)
+    own, unlike = np.hypot(UNIFORM, THICK * told.lost), np.zeros(len(names))
+    heat = np.ptp(told.cool, axis=0) / np.log(COOL_PARTS[-1] / COOL_PARTS[0])
     if found.response is not None:
         own = np.hypot(own, UNKNOWN_RESPONSE * _scatter(found))
     for k, name in enumerate(names.tolist()):
         if points and name in points:
             point = points[name]
             log_mass[k] += point.log_factor
-            unlike = THICK * (told.lost[k] - point.lost)
-            own[k] = float(np.sqrt(UNIFORM**2 + unlike**2 + point.error**2))
+            thicker = THICK * (told.lost[k] - point.lost)
+            own[k] = float(np.sqrt(UNIFORM**2 + thicker**2 + point.error**2))
+            if point.standards == 1:  # several show by their scatter what one cannot
+                unlike[k] = UNLIKE * heat[k]
         elif points:
             own[k] = np.hypot(own[k], np.std([one.log_factor for one in points.values()]))
     # A factor's scatter from shot to shot has the plot's own in it.
     fitted = np.isin(names, list(points or {}), invert=True)
     covariance = told.covariance * np.outer(fitted, fitted) + np.diag(own**2)
+    covariance += np.outer(unlike, unlike)
     counted = _told_well(log_mass + np.log(bound), covariance, counted)
     if not counted.any():
         return {}

@@ -9,6 +9,7 @@ from labrun.reduction import Spectrum, read_spectrum, reduce_spectrum
 from labrun.reduction.calibration.closure import _drawn, concentrations, one_point
 from labrun.reduction.lines.formula import WEIGHT, with_oxygen
 from labrun.reduction.plasma.response import Response
+from labrun.reduction.plasma.strengths import atoms
 
 
 @pytest.fixture(scope="module")
@@ -85,6 +86,31 @@ def test_the_scatter_of_a_standards_shots_takes_the_place_of_the_fits_errors(cor
     assert all(point.error == pytest.approx(0, abs=1e-9) for point in alike.values())
     assert errors[0].keys() == errors[1].keys() != set()
     assert all(errors[1][name] < errors[0][name] for name in errors[1])
+
+
+def test_a_second_standard_shows_how_unlike_plasmas_are(core):
+    known = {"Si": 20.0, "Ca": 8.0}
+    one, two = (one_point([(known, [core] * 3)] * n) for n in (1, 2))
+
+    def errors(points):
+        return sum(told.error or 0.0 for told in concentrations(core, "oxides", points).values())
+
+    assert all(point.error == pytest.approx(0, abs=1e-9) for point in one.values())
+    assert (one["Ca"].standards, two["Ca"].standards) == (1, 2)
+    assert errors(one) > 1.01 * errors(two)  # calcium ionises little more easily than silicon
+
+
+def test_what_stands_barely_above_the_noise_is_found_too_bright(core):
+    def told(more):
+        lines = core.identified.lines
+        error = np.where(
+            lines.element == lines.element[0], np.hypot(lines.error, more), lines.error
+        )
+        found = replace(core.identified, lines=replace(lines, error=error))
+        name = str(atoms().elements[lines.element[0]])
+        return concentrations(replace(core, identified=found), "oxides")[name].wt_percent
+
+    assert told(0.3) < told(0.0)
 
 
 def test_lines_that_scatter_beyond_their_errors_make_amounts_unsure_where_they_told_the_response(
