@@ -27,13 +27,15 @@ def test_what_is_cancelled_before_it_has_begun_is_left_out_and_the_rest_done_bef
 
     async def story():
         queue = ThreadQueue("queue")
-        queue.do(go.wait, 20)
+        slow = queue.do(go.wait, 20)
+        assert not slow.done()
         queue.do(done.append, "cancelled").cancel()
         queue.do(done.append, "last")
         go.set()
         queue.close()
         with pytest.raises(RuntimeError, match="queue is closed"):
             queue.do(done.append, "too late")
+        assert await slow
 
     asyncio.run(story())
 
