@@ -39,7 +39,7 @@ class _Job:
     answer: Any = None
     fault: BaseException | None = None
 
-    def settle(self) -> None:
+    def pass_on(self) -> None:
         if self.done.done():
             return
         if self.fault is None:
@@ -73,7 +73,7 @@ class ThreadQueue:
         if not job.left:
             job.left = not job.gate.acquire(timeout=QUICK_S)
             if job.is_over:  # perhaps before the thread saw that it was left
-                job.settle()
+                job.pass_on()
         return done
 
     def close(self) -> None:
@@ -95,4 +95,4 @@ class ThreadQueue:
             job.gate.release()
             if job.left:
                 with contextlib.suppress(RuntimeError):  # the loop is closed, and nobody waits
-                    job.done.get_loop().call_soon_threadsafe(job.settle)
+                    job.done.get_loop().call_soon_threadsafe(job.pass_on)
