@@ -146,6 +146,7 @@ def start_robot(folder: Path, port: int) -> subprocess.Popen:
         str(lab),
         "--port",
         str(port),
+        "--no-token",  # where the system cannot tell whose program it is, it would be asked for one
     ]
     with (folder / "ros.log").open("wb") as log:
         process = subprocess.Popen(

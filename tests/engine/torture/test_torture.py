@@ -75,6 +75,7 @@ def test_a_device_that_fires_twice_is_found_out_and_its_run_is_kept(tmp_path):
     assert len(list((tmp_path / "runs").glob("*/*/runs/*/journal.jsonl"))) == 1
 
 
+@pytest.mark.posix("torture needs SIGKILL")
 def test_a_lab_with_real_devices_is_never_tortured(tmp_path):
     ended = torture(tmp_path, "--kills", "1", simulated="false")
 
