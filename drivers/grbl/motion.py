@@ -80,9 +80,8 @@ class Move:
             try:
                 if await self._wait(proof, lost_if_idle=True):
                     return
-            except (
-                GrblRefused
-            ) as fault:  # what was sent before it has moved the axes, or still does
+            except GrblRefused as fault:
+                # What was sent before it has moved the axes, or still does.
                 raise MotionFault(f"asked whether all motion has ended, {fault}") from fault
         raise Silent(f"it never answered `G4P0`; {self.controller.last_words}")
 

@@ -53,7 +53,7 @@ class ThreadQueue:
 
     def __init__(self, name: str) -> None:
         self._closed = False
-        self._last: _Job | None = None
+        self._asked = self._ended = 0
         self._is_quick = CAN_WAIT
         self._queue: SimpleQueue[_Job | None] = SimpleQueue()
         self._thread = Thread(target=self._run, name=name, daemon=True)
@@ -67,8 +67,9 @@ class ThreadQueue:
         if self._closed:
             raise RuntimeError(f"{self._thread.name} is closed")
         done: asyncio.Future[T] = asyncio.get_running_loop().create_future()
-        alone = self._last is None or self._last.is_over
-        job = self._last = _Job(done, work, args, left=not (alone and self._is_quick))
+        alone = self._asked == self._ended
+        self._asked += 1
+        job = _Job(done, work, args, left=not (alone and self._is_quick))
         self._queue.put(job)
         if not job.left:
             job.left = not job.gate.acquire(timeout=QUICK_S)
@@ -91,6 +92,7 @@ class ThreadQueue:
                 except BaseException as raised:  # whatever it is belongs to who waits for it
                     job.fault = raised
             self._is_quick = CAN_WAIT and time.perf_counter() - began < QUICK_S
+            self._ended += 1
             job.is_over = True
             job.gate.release()
             if job.left:

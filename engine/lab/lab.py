@@ -65,10 +65,8 @@ class LoadedLab:
 
 
 def _lacks(device: LabDevice) -> str | None:
-    if (
-        device.driver is None or device.python is not None
-    ):  # what another Python has, it says itself
-        return None
+    if device.driver is None or device.python is not None:
+        return None  # what another Python has, it says itself
     if "actions" in device.config:  # what such a driver needs depends on its instrument
         from ...drivers.find import BRIDGES, find_driver
 

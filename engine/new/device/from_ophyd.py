@@ -20,7 +20,6 @@ from .sources import LONG, Described
 
 CONNECT_S = 5.0
 NO_PREFIX = "XX:"
-"""For what moves or counts: the reader knows better."""
 PLANS = ("trigger", "stage", "unstage", "kickoff", "complete", "prepare", "unprime")
 TEXTS = ("name", "path", "desc", "egu", "template", "version", "message")
 JSON = {"number": "number", "integer": "integer", "string": "string", "boolean": "boolean"}
