@@ -26,7 +26,7 @@ from ..plasma.boltzmann import CALIBRATION
 from ..plasma.lithium_share import THICK, UNIFORM, cations
 from ..plasma.strengths import atoms
 from ..reduce import Reduction
-from ..spectrum.spectrum import BoolArray, FloatArray, TextArray
+from ..spectrum.spectrum import BoolArray, FloatArray, IntArray, TextArray
 from .calibration import Concentration, OnePoint
 
 NORMAL_95 = 1.96
@@ -85,31 +85,28 @@ def _cool(found: Identified, n: int) -> FloatArray:
     (parts, n)."""
     plot, lines = found.plot, found.lines
     assert plot is not None and lines is not None
-    which, density = np.searchsorted(plot.names, lines.element), 10**plot.log10_ne
+    (which, weight), density = _by_element(found), 10**plot.log10_ne
     hot = lines.thin(plot.temperature_k, density)
     cool = lines.thin(COOL_K * plot.temperature_k, COOL_NE * density)
     part = COOL_PARTS[:, None]
     more = np.logaddexp(np.log(1 - part) + hot, np.log(part) + cool) - hot
-    weight = 1 / (lines.error**2 + CALIBRATION**2)
     total = np.maximum(np.bincount(which, weight, n), 1e-12)
     return -np.array([np.bincount(which, weight * one, n) for one in more]) / total
 
 
 def _too_bright(found: Identified, n: int) -> FloatArray:
     """The mean of lines' relative errors of area, those of transition probabilities left out; (n,)."""
-    plot, lines, a = found.plot, found.lines, atoms()
+    assert found.lines is not None
+    which, weight = _by_element(found)
+    total = np.maximum(np.bincount(which, weight, n), 1e-12)
+    return np.bincount(which, weight * found.lines.relative, n) / total
+
+
+def _by_element(found: Identified) -> tuple[IntArray, FloatArray]:
+    """Which of the plot's elements each line is of, and what it weighs; both (lines,)."""
+    plot, lines = found.plot, found.lines
     assert plot is not None and lines is not None
-    leader = np.abs(a.wavelength_nm[lines.rows] - lines.vacuum_nm[lines.entry]) < 1e-9
-    uncertainty = np.zeros(len(lines))
-    uncertainty[lines.entry[leader]] = a.uncertainty[lines.rows[leader]]
-    relative = np.sqrt(np.maximum(lines.error**2 - uncertainty**2, 0.0))
-    which, weight = (
-        np.searchsorted(plot.names, lines.element),
-        1 / (lines.error**2 + CALIBRATION**2),
-    )
-    return np.bincount(which, weight * relative, n) / np.maximum(
-        np.bincount(which, weight, n), 1e-12
-    )
+    return np.searchsorted(plot.names, lines.element), 1 / (lines.error**2 + CALIBRATION**2)
 
 
 def one_point(

@@ -66,4 +66,5 @@ def lines_of_entries(
         a.width_nm[leader],
         a.e_k_ev[leader],
         a.ion[leader],
+        relative,
     )

@@ -38,6 +38,7 @@ class PlotLines:
 
     log_area, error: ln counts nm. element: index. rows, entry: rows of the line table and the
     line that each belongs to. vacuum_nm, width_nm (at 1e17 per cm3), e_k_ev, ion: of the leader.
+    relative: the part of `error` that is not of the transition probability.
     """
 
     log_area: FloatArray
@@ -49,6 +50,7 @@ class PlotLines:
     width_nm: FloatArray
     e_k_ev: FloatArray
     ion: np.ndarray
+    relative: FloatArray
 
     def __add__(self, other: "PlotLines") -> "PlotLines":
         """Both, one after the other."""

@@ -22,5 +22,5 @@ def lines_at(kelvin, log_ne, log_opacity=-60.0, noise=0.03, seed=0, elements=("S
     area = thin + log_kept(log_tau)[0] + noise * rng.standard_normal(len(rows))
     return PlotLines(
         area, np.full(len(rows), noise), a.element[rows], rows, np.arange(len(rows)),
-        a.wavelength_nm[rows], a.width_nm[rows], a.e_k_ev[rows], a.ion[rows],
+        a.wavelength_nm[rows], a.width_nm[rows], a.e_k_ev[rows], a.ion[rows], np.full(len(rows), noise),
     )  # fmt: skip
