@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from ...engine.language.source import parse_source
+from ...engine.new.device.entry import flow
 from ...schemas.lab import LabNotify
 from ...system.files import write_whole
 
 BLOCK = re.compile(r"^notify:.*\n?(?:(?:[ \t#-].*)?\n)*(?:[ \t#-].*)?", re.MULTILINE)
 """The key with all that is indented below it."""
-PLAIN = re.compile(r"\$\w+|[a-z]+://[\w.:/@+%?=&~-]*\w|question|failed|done|device_lost")
+PLAIN = re.compile(r"\$\w+|[a-z]+://[\w.:/@+%?=&~-]*\w|to|on|question|failed|done|device_lost")
 """Texts of a `notify` that mean themselves without quotation marks."""
 
 
@@ -60,18 +61,14 @@ def _tail(block: str) -> str:
 
 
 def _block(wanted: dict[str, Any]) -> str:
-    to = "".join(f"    - {_written(one)}\n" for one in wanted["to"])
+    to = "".join(f"    - {flow(one, _text)}\n" for one in wanted["to"])
     rest = "".join(f"  {n}: {json.dumps(v)}\n" for n, v in wanted.items() if n != "to")
     return f"notify:\n  to:\n{to}{rest}"
 
 
-def _written(value: Any) -> str:
-    """In one line, with quotation marks only where YAML needs them."""
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{name}: {_written(one)}" for name, one in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_written, value)) + "]"
-    return value if PLAIN.fullmatch(value) else json.dumps(value, ensure_ascii=False)
+def _text(text: str) -> str:
+    """With quotation marks only where YAML needs them."""
+    return text if PLAIN.fullmatch(text) else json.dumps(text, ensure_ascii=False)
 
 
 def _read(text: str, path: Path) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """A lab entry and a contract test as text, from what a source knows of an instrument."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import Any
@@ -80,17 +80,17 @@ def _lines(name: str, known: Described) -> Iterator[str]:
             yield f"      {action}: {flow(said)}"
 
 
-def flow(data: Any) -> str:
-    """Data as YAML on one line."""
-    if isinstance(data, dict):
-        return "{" + ", ".join(f"{_key(key)}: {flow(value)}" for key, value in data.items()) + "}"
-    if isinstance(data, (list, tuple)):
-        return "[" + ", ".join(flow(one) for one in data) + "]"
-    return _key(data) if isinstance(data, str) else json.dumps(data)
-
-
 def _key(text: Any) -> str:
     plain = str(text).replace(".", "").replace("-", "_")
     if not plain.isidentifier() or str(text)[0] in "-." or plain.lower() in SPOKEN:
         return json.dumps(str(text))
     return str(text)
+
+
+def flow(data: Any, text: Callable[[str], str] = _key) -> str:
+    """Data as YAML on one line; `text` writes a text, with quotation marks where it needs them."""
+    if isinstance(data, dict):
+        return "{" + ", ".join(f"{text(k)}: {flow(one, text)}" for k, one in data.items()) + "}"
+    if isinstance(data, (list, tuple)):
+        return "[" + ", ".join(flow(one, text) for one in data) + "]"
+    return text(data) if isinstance(data, str) else json.dumps(data)
