@@ -164,11 +164,11 @@ class Peer:
             if up and not self._open:
                 self._opened()
             self._open = up
-            if not up:
-                time.sleep(0.001)
-            elif flags & select.POLLIN:
+            if flags & select.POLLIN:  # also what was sent before the port was closed
                 with contextlib.suppress(OSError):
                     self._receive(os.read(master, 4096))
+            elif not up:
+                time.sleep(0.001)
             self._live()
 
     def _opened(self):
