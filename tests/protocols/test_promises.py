@@ -248,7 +248,7 @@ def test_wavelength_check_tells_the_offsets_that_the_simulated_detectors_were_gi
     assert sum(numbers(ran.rows(), "Li_off_nm")) / 3 == pytest.approx(outputs["red"], abs=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
@@ -267,7 +267,7 @@ def test_wavelength_check_fails_with_a_sentence(tmp_path, words, sentence):
     assert sentence in ran.told
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_two_stations_fire_at_the_same_time_each_at_its_own_core(tmp_path):
     ran = Ran(tmp_path, "two_station.yaml")
     first, second = (ran.truth(device, "shot") for device in ("libs", "libs_b"))

@@ -128,7 +128,7 @@ def test_one_protocol_ships_as_json():
     assert [path.name for path in SHIPPED if path.suffix == ".json"] == ["weigh_and_dispense.json"]
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_the_example_of_the_design_runs_when_its_question_is_answered(tmp_path):
     ran = labrun(tmp_path, "run", str(EXAMPLE), "--yes", "-p", "pitch=2 mm")
 

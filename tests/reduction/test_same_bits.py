@@ -69,8 +69,8 @@ def test_in_four_threads_at_once(spectra, alone):
     assert found == alone * 4
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("threads", ["1", pytest.param("3", marks=pytest.mark.soak)])
+@pytest.mark.soak
+@pytest.mark.parametrize("threads", ["1", "3"])
 def test_in_another_process_with_other_numbers_of_threads(spectra, alone, threads):
     program = (
         "import sys; sys.path[:0] = sys.argv[1].split('|')\n"

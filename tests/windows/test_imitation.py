@@ -238,7 +238,7 @@ def test_a_run_whose_files_would_have_too_long_names_is_refused_before_it_begins
     assert list(tmp_path.glob("a*/b*/*")) == []
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_run_whose_engine_is_killed_is_resumed(tmp_path, started, labrun):
     engine = started("run ", "run", MAP, "-p", "pitch=1 mm")
     while b'"kind":"ended"' not in journal(tmp_path):

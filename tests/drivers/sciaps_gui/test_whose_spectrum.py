@@ -47,6 +47,7 @@ def test_a_shot_whose_export_was_given_up_is_not_filed_as_the_next_one(gui):
     assert got == wanted
 
 
+@pytest.mark.soak
 def test_a_program_that_exports_its_list_is_exported_from_point_after_point(gui):
     analyser = gui.start(exports="list")
 

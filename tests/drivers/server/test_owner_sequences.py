@@ -198,7 +198,15 @@ async def every_sequence(length, lapse, pause_s):
     return count
 
 
-@pytest.mark.parametrize("pause_s", [0.0, 0.2, 0.5, 2.0])
+@pytest.mark.parametrize(
+    "pause_s",
+    [
+        0.0,
+        pytest.param(0.2, marks=pytest.mark.soak),
+        pytest.param(0.5, marks=pytest.mark.soak),
+        2.0,
+    ],
+)
 @pytest.mark.parametrize("lapse", ["finish", "cancel", "safe"])
 @pytest.mark.parametrize(
     "length",

@@ -36,7 +36,7 @@ LOOKS = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scale", [0.5, 1.3, 2.0])
+@pytest.mark.parametrize("scale", [0.5, 1.3, pytest.param(2.0, marks=pytest.mark.soak)])
 def test_every_button_is_found_at_half_and_at_double_size(seen_at, scale):
     picture, places = seen_at("grey", scale)
     sights = look_for(picture, templates(seen_at, "grey"))

@@ -46,7 +46,7 @@ def lab(tmp_path_factory):
     return folder
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_lens_is_measured_told_and_written(lab):
     (lab / "cal" / "note.png").write_text("no picture")
     save(lab / "cal" / "wall.png", np.full((360, 640), 99, np.uint8))

@@ -77,7 +77,7 @@ def test_the_board_may_lie_elsewhere_and_be_told_on_the_command_line(lab):
     assert json.loads(doubled.stdout)["x"] == pytest.approx(80, abs=0.8)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_what_cannot_be_located_is_a_sentence(lab):
     camera = yaml.safe_load((lab / "cam.yaml").read_text())
     (lab / "boardless.yaml").write_text(yaml.safe_dump({**camera, "board": None}))

@@ -184,6 +184,7 @@ def test_a_stop_from_another_shell_makes_no_hole_and_finally_runs_whatever_fails
     assert sorted(bench.fired()) == sorted(set(bench.fired())) and len(bench.fired()) == 36
 
 
+@pytest.mark.soak
 def test_holes_are_told_and_measured_again_for_a_named_person(bench):
     bench.set_up(rate=0.4, rows=15)  # which fail depends on the run's id: some of 48 always do
     terminal = bench.run()

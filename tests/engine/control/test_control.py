@@ -270,7 +270,7 @@ def test_an_engine_that_is_there_and_silent_is_not_told_as_gone(tmp_path):
         lock.release()
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_run_whose_output_nobody_reads_goes_on_and_is_aborted(tmp_path, bench):
     live = Live(tmp_path, bench, LONG.replace("0.02", "0"))
     live.wait_for("goal", "succeeded")

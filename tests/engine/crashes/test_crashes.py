@@ -41,7 +41,7 @@ def test_a_run_comes_to_the_same_whenever_its_engines_are_killed(survives, strat
     survives(*data.draw(strategies.engine_dies()))
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @examples(8)
 @given(data=st.data())
 def test_a_run_comes_to_the_same_when_its_devices_are_touched_meanwhile(survives, strategies, data):
@@ -57,7 +57,7 @@ def test_a_run_comes_to_the_same_when_the_device_server_dies_in_mid_action(
     survives(*data.draw(strategies.server_dies()))
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @examples(6)
 @given(data=st.data())
 def test_a_run_that_failed_and_is_resumed_comes_to_the_same_in_the_end(survives, strategies, data):

@@ -69,7 +69,7 @@ def done(bench, run, action):
     return [c["name"] for c in bench.calls(run) if c["action"] == action and c["word"] == "done"]
 
 
-@pytest.mark.parametrize("records", [2, 14, 33])
+@pytest.mark.parametrize("records", [2, pytest.param(14, marks=pytest.mark.soak), 33])
 def test_after_a_kill_every_shot_was_fired_once_and_every_row_is_there(tmp_path, bench, records):
     process = begin(tmp_path, bench.lab)
     wait_for_records(process, tmp_path, records)

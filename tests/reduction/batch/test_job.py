@@ -49,11 +49,11 @@ def mixed(spectra):
 
 @pytest.mark.slow
 def test_tables_are_the_same_bytes_for_any_number_of_workers(mixed, tmp_path, tables_of):
-    for jobs in (1, 4):
+    for jobs in (1, 2):
         reduce_into(tmp_path / f"out{jobs}", mixed, jobs)
-    one, four = (tables_of(tmp_path / f"out{jobs}") for jobs in (1, 4))
+    one, two = (tables_of(tmp_path / f"out{jobs}") for jobs in (1, 2))
 
-    assert one == four
+    assert one == two
 
 
 @pytest.mark.slow
@@ -94,7 +94,7 @@ def test_only_the_elements_asked_for_get_a_row(spectra, tmp_path):
 @pytest.mark.slow
 def test_the_summary_tells_inputs_versions_configuration_and_times(mixed, tmp_path):
     out = tmp_path / "out"
-    reduce_into(out, mixed, 2, Settings(elements=("Li",), medium="air"))
+    reduce_into(out, mixed, 1, Settings(elements=("Li",), medium="air"))
     told = json.loads((out / "summary.json").read_text())
     first = (mixed / "core_0.csv").read_bytes()
 

@@ -93,6 +93,7 @@ def test_a_question_is_answered_from_the_page(shared, page, wait_for):
     assert run["nodes"]["main/ready"]["message"] == "yes (Ada)"
 
 
+@pytest.mark.soak
 def test_pausing_needs_no_control_and_going_on_does(unhurried, hand, wait_for):
     client, other = hand, unhurried.client()
     id = client.run_of("long.yaml", checklist=[])
