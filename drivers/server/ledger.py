@@ -280,6 +280,8 @@ class Ledger:
 
     def _report(self, row: tuple[Any, ...], *, files: bool = True) -> GoalReport:
         goal_id, seq, boot, state, result, error = row
+        if not self._is_as_written(row):
+            return GoalReport(id=goal_id, state="ABORTED", seq=seq, boot=boot, error=DAMAGED)
         return GoalReport(
             id=goal_id,
             state=state,
@@ -289,6 +291,17 @@ class Ledger:
             error=None if error is None else GoalError.model_validate_json(error),
             files=self._files(goal_id) if files and goal_id in self._with_files else {},
         )
+
+    def _is_as_written(self, row: tuple[Any, ...]) -> bool:
+        """Whether a goal's newest change is the one that was chained; older ledgers chained none."""
+        goal_id, seq, boot, state, result, error = row
+        links = "SELECT seq, hash FROM chain WHERE seq <= ? ORDER BY seq DESC LIMIT 2"
+        newest, *before = self._disk.execute(links, (seq,)).fetchall() or [(None, b"")]
+        if newest[0] != seq or not before:
+            return True
+        begun = state in OPEN or (state == "CANCELED" and error == NEVER_STARTED.model_dump_json())
+        whats = [(goal_id, state, result, error), *([(goal_id, state)] if begun else [])]
+        return any(_hash(before[0][1], boot, seq, *what) == newest[1] for what in whats)
 
     def _files(self, goal_id: str) -> dict[str, FileContent]:
         rows = self._disk.execute(
@@ -365,6 +378,11 @@ def _hash(previous: bytes, *what: object) -> bytes:
 INTERRUPTED = GoalError(
     name="INTERRUPTED",
     message="the device server ended during the action; its outcome is unknown",
+    happened="unknown",
+)
+DAMAGED = GoalError(
+    name="INTERRUPTED",
+    message="the disk has changed what the ledger says of this action; its outcome is unknown",
     happened="unknown",
 )
 NEVER_STARTED = GoalError(

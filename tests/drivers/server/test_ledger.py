@@ -204,6 +204,31 @@ def test_a_letter_of_a_goal_that_a_disk_has_changed_is_damage_not_a_goal_that_ne
         Ledger(path)
 
 
+@pytest.mark.parametrize(
+    ("written", "read"),
+    [
+        (b'{"x": 1.5}', b'{"x": 7.5}'), (b'{"x": 1.5}', b'{"x": 1.5]'),
+        (b"SUCCEEDED", b"SUCCEEDEE"), (b"SUCCEEDED", b"CANCELED\x00"),
+        (b"NEVER_STARTED", b"NEVER_STASTED"),
+    ],
+)  # fmt: skip
+def test_an_outcome_that_a_disk_has_changed_is_unknown_and_never_another_one(path, written, read):
+    with closing(Ledger(path)) as ledger:
+        ledger.admit(goal("run/done/1"), "EXECUTING")
+        ledger.end("run/done/1", "SUCCEEDED", {"x": 1.5})
+        ledger.bury("run/not/1")
+        ledger.admit(goal("run/next/1"), "EXECUTING")
+    path.write_bytes(path.read_bytes().replace(written, read, 1))
+    with closing(Ledger(path)) as ledger:
+        told = {one.id: one for one in ledger.reports_since(0)}
+    damaged = told.pop("run/not/1" if written == b"NEVER_STARTED" else "run/done/1")
+
+    assert (damaged.state, damaged.result) == ("ABORTED", None)
+    assert damaged.error.happened == "unknown"
+    assert "the disk has changed what the ledger says" in damaged.error.message
+    assert all("disk" not in getattr(one.error, "message", "") for one in told.values())
+
+
 def test_a_full_disk_is_a_sentence_and_what_was_written_stays(path):
     ledger = Ledger(path)
     ledger.admit(goal("g1"), "EXECUTING")
