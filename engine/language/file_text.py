@@ -107,8 +107,18 @@ def _missing(path: Path) -> Unread:
     entries = [entry for entry in path.parent.iterdir() if entry.suffix.casefold() == ends]
     stems = {entry.stem: entry.name for entry in entries}
     near = closest(path.stem, stems)
-    there = stems[near] if near else _other_suffix(path)
-    return Unread("there is no such file", f"did you mean {path.parent / there}?" if there else "")
+    if there := stems[near] if near else _other_suffix(path):
+        return Unread("there is no such file", f"did you mean {path.parent / there}?")
+    files = sorted(entry.name for entry in entries if entry.is_file())
+    return Unread("there is no such file", _what_there_is(path, files))
+
+
+def _what_there_is(path: Path, names: list[str]) -> str:
+    folder = "this folder" if path.parent == Path() else str(path.parent)
+    if not names:
+        return f"{folder} has no {path.suffix or 'such'} file; `labrun new {path.stem}` writes a protocol"
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return f"{folder} has {', '.join(names[:3])}{more}"
 
 
 def _other_suffix(path: Path) -> str | None:

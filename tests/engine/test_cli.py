@@ -54,7 +54,7 @@ def test_version(tmp_path):
 @pytest.mark.parametrize(
     ("words", "status", "says"),
     [
-        (["nope.yaml"], 2, "no such file"),
+        (["nope.yaml"], 2, "this folder has no .yaml file; `labrun new nope` writes a protocol"),
         (["."], 2, "folder"),
         (["chekc", "x"], 2, "Did you mean 'check'"),
         (["run", "x.yaml", "-p", "pitch"], 2, "NAME=VALUE"),

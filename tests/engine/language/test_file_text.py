@@ -32,10 +32,13 @@ def test_a_file_that_is_not_there_is_guessed(asked, there, tmp_path):
     assert why(tmp_path / asked).hint == f"did you mean {tmp_path / there}?"
 
 
-def test_a_file_is_not_guessed_for_its_ending_alone(tmp_path):
-    (tmp_path / "bad.yaml").write_text("a: 1")
+def test_a_file_is_not_guessed_for_its_ending_alone_but_what_there_is_is_told(tmp_path):
+    asked = tmp_path / "bench.yaml"
 
-    assert why(tmp_path / "bench.yaml").hint == ""
+    assert why(asked).hint.endswith("has no .yaml file; `labrun new bench` writes a protocol")
+    for name in ("bad", "core", "dose", "weigh"):
+        (tmp_path / f"{name}.yaml").write_text("a: 1")
+    assert why(asked).hint == f"{tmp_path} has bad.yaml, core.yaml, dose.yaml and 1 more"
 
 
 def test_a_folder_that_is_not_there_is_told(tmp_path):
