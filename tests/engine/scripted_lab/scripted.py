@@ -1,7 +1,8 @@
 """A device for tests: `script: "Broken,ok"` says how each call under one name ends.
 
 Words: `ok`, an error's name, `happened!` (took effect, then an unknown error), `hang` (waits
-until it is cancelled). What it was asked stands in a log of its own.
+until it is cancelled), `held` (waits for a file NAME.go beside its log). What it was asked stands
+in that log.
 """
 
 import asyncio
@@ -32,6 +33,10 @@ class Scripted(Driver):
         if word == "hang":
             await goal.cancelled.wait()
             raise ActionCanceled
+        if word == "held":
+            while not self.log.with_name(f"{name}.go").exists():
+                await asyncio.sleep(0.01)
+            word = "ok"
         if word == "happened!":
             self.newest = {"n": n, "name": name, "goal_id": goal.id}
             raise ActionFailed("Foggy", "nobody saw it")

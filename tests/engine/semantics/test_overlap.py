@@ -189,7 +189,8 @@ def test_killed_in_the_shortest_order(bench):
 def test_killed_with_several_unfinished(bench):
     """The engine is killed while the first of several iterations runs, others behind it have ended -> Those are
     not entered again; no shot is sent twice; the rows are in order."""
-    bench.kill(PLATE, "iteration main/plate/2")
+    bench.kill(PLATE.replace("seconds: 0.8", "script: held"), "iteration main/plate/2")
+    bench.laboratory.log.with_name("long.go").touch()
 
     ran = bench.resume()
 
