@@ -155,7 +155,9 @@ def parse_quantity(text: str, wanted: str | None = None) -> "Quantity[Any]":
     """`0.2 mm` as a quantity; raises UnitError if the text is not one, see `unit_of`."""
     match = QUANTITY.match(text)
     if match is None:
-        raise UnitError(f"{text!r} is not a number with a unit, such as `0.2 mm`")
+        comma = re.fullmatch(r"([-+]?\d+),(\d+.*)", text)
+        such = f"{comma[1]}.{comma[2]}" if comma else "0.2 mm"
+        raise UnitError(f"{text!r} is not a number with a unit, such as `{such}`")
     number = match[1]
     value = int(number) if re.fullmatch(r"[+-]?\d+", number) else float(number)
     made: Any = registry().Quantity(value, unit_of(match[2], wanted))

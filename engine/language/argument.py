@@ -22,6 +22,7 @@ from .moments import moment_text
 from .operators import words
 from .suggest import did_you_mean, listed
 from .wanted import TYPE_WORDS, ArgumentFault, Wanted, check_limit, outside, wants
+from .yaml_traps import COMMA
 
 
 def fit(value: Any, wanted: Wanted) -> Any:
@@ -73,11 +74,11 @@ def _in_unit(value: Any, unit: str, wanted: Wanted) -> Any:
     device_wants = f"the device wants {wants(wanted.schema)}"
     if isinstance(value, str):
         if not QUANTITY.match(value):
-            number = (
-                f"if {value.strip()} {unit} is meant, write it without quotes"
-                if _is_number(value)
-                else ""
-            )
+            number = ""
+            if _is_number(value):
+                number = f"if {value.strip()} {unit} is meant, write it without quotes"
+            elif comma := COMMA.fullmatch(value.strip()):
+                number = f"numbers have a decimal point: {comma[1]}.{comma[2]}{comma[3] or ''}"
             raise wanted.fault(f"{words(value)} is text, {device_wants}", number)
         if (plain := plainly(value, unit)) is not None:
             return plain

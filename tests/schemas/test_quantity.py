@@ -63,6 +63,7 @@ def test_a_duration_in_any_unit_of_time_is_in_seconds():
         ("1 MM", "mm", "'MM' would be a megamolar; did you mean mm?"),
         ("1 PA", "Pa", "'PA' would be a petaampere; did you mean Pa?"),
         ("1 Sec", None, "'Sec' is not a unit; did you mean s?"),
+        ("0,5 mm", "mm", "'0,5 mm' is not a number with a unit, such as `0.5 mm`"),
     ],
 )
 def test_a_unit_that_is_proposed_is_of_the_kind_that_is_wanted(text, wanted, says):
