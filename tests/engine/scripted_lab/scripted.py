@@ -34,7 +34,7 @@ class Scripted(Driver):
             await goal.cancelled.wait()
             raise ActionCanceled
         if word == "held":
-            while not self.log.with_name(f"{name}.go").exists():
+            while not self.log.with_name(f"{name}.go").exists():  # noqa: ASYNC110 (a process apart)
                 await asyncio.sleep(0.01)
             word = "ok"
         if word == "happened!":
