@@ -24,7 +24,7 @@ BEYOND = (
     "underflow", "underrange", "under",
 )  # fmt: skip
 WORDS: dict[str, float] = dict.fromkeys(BEYOND, math.inf)
-DASHES = re.compile(r"[-*?]{2,}|n/?a$", re.I)
+DASHES = re.compile(r"[-*?]{2,}|\.{2,}$|n/?a$", re.I)
 """What a display shows that has no reading."""
 UNITS = {
     "vdc": "V", "vac": "V", "adc": "A", "aac": "A", "ohms": "ohm", "ohm4w": "ohm", "ohms4w": "ohm",
@@ -237,7 +237,9 @@ def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int
     if DASHES.match(text):
         return none_for("NotANumber", f"it answered {text!r}: it has no number", schema)
     if found is None:
-        comma = NUMBER.fullmatch(_pointed(text)) and '; a decimal comma? Then say `decimal: ","`'
+        comma = NUMBER.fullmatch(_pointed(text)) and (
+            '; a decimal comma? Then say `decimal: ","`; two values? Then each is a group, `([^,]*)`'
+        )
         part = (
             re.search(r"\d", text)
             and "; the group of an `answer: '...(.*)'` picks the part that is"

@@ -7,6 +7,7 @@ unsolicited line is seen when it comes. VISA is asked in a thread of its own.
 import asyncio
 import contextlib
 import errno
+import socket
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
@@ -100,15 +101,17 @@ class Channel:
 
 
 class _Listener(asyncio.Protocol, asyncio.DatagramProtocol):
-    def __init__(self, channel: Channel) -> None:
+    def __init__(self, channel: Channel, host: str = "") -> None:
         self._channel: Channel | None = channel
+        self._host = host
 
     def data_received(self, data: bytes) -> None:
         if self._channel is not None:
             self._channel.take(data)
 
     def datagram_received(self, data: bytes, addr: Any) -> None:
-        self.data_received(data if data.endswith((b"\n", b"\r")) else data + b"\n")
+        if self._host in ("", addr[0]):
+            self.data_received(data if data.endswith((b"\n", b"\r")) else data + b"\n")
 
     def error_received(self, exc: Exception) -> None:
         if self._channel is not None:
@@ -123,10 +126,15 @@ class _Listener(asyncio.Protocol, asyncio.DatagramProtocol):
 
 
 class Network(Channel):
-    """TCP or UDP."""
+    """TCP or UDP; its answers come to the port that has asked, or to another one of ours."""
 
     _transport: Any = None
     _listener: _Listener
+    _to: Any = None
+
+    def __init__(self, resource: Resource, local_port: int | None = None) -> None:
+        super().__init__(resource)
+        self._local_port = local_port
 
     async def open(self, timeout_s: float) -> None:
         await self.close()
@@ -136,7 +144,9 @@ class Network(Channel):
         until = loop.time() + timeout_s
         try:
             async with asyncio.timeout_at(until):
-                if at.kind == "udp":
+                if self._local_port is not None:
+                    await self._listen_at(self._local_port)
+                elif at.kind == "udp":
                     self._transport, _ = await loop.create_datagram_endpoint(
                         lambda: self._listener, remote_addr=(at.host, at.port)
                     )
@@ -151,6 +161,17 @@ class Network(Channel):
         self.is_open = True
         if at.kind == "udp":
             await self.skip_late_answer()
+
+    async def _listen_at(self, port: int) -> None:
+        """Hear what this instrument sends to a port of ours, from whichever of its own."""
+        loop, at = asyncio.get_running_loop(), self.resource
+        found = await loop.getaddrinfo(at.host, at.port, type=socket.SOCK_DGRAM)
+        family, _, _, _, self._to = found[0]
+        self._listener = _Listener(self, self._to[0])
+        everywhere = "::" if family == socket.AF_INET6 else "0.0.0.0"
+        self._transport, _ = await loop.create_datagram_endpoint(
+            lambda: self._listener, local_addr=(everywhere, port)
+        )
 
     async def _connected(self, until: float) -> Any:
         """An instrument with one place for a client refuses until it has seen the last one leave."""
@@ -176,7 +197,7 @@ class Network(Channel):
         if not self.is_open:
             raise OSError(f"{self.resource}: {self.fault}")
         if self.resource.kind == "udp":
-            self._transport.sendto(data)
+            self._transport.sendto(data, self._to)
         else:
             self._transport.write(data)
 
@@ -282,5 +303,6 @@ def _reason(fault: OSError) -> str:
     known = {
         errno.ECONNREFUSED: "nothing listens there; is it on, and is this its port?",
         errno.EHOSTUNREACH: "there is no way to it; is it on, and is the cable plugged in?",
+        errno.EADDRINUSE: "another program on this computer already listens at its `local_port`",
     }
     return known.get(fault.errno or 0, str(fault.strerror or fault))

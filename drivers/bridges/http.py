@@ -57,7 +57,8 @@ class HttpAction(ActionConfig):
         return self
 
     def guessed_effect(self) -> Effect:
-        return "pure" if self.get is not None else "once"
+        """What asks returns something; many devices are also set by a GET."""
+        return "pure" if self.get is not None and self.returns else "once"
 
     def used(self) -> Iterator[tuple[str, str]]:
         for key in (*METHODS, "body", "form", "text"):

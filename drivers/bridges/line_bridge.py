@@ -1,6 +1,7 @@
 """What `scpi` and `text` share: lines out, and answers that are values, errors, or neither."""
 
 import asyncio
+import contextlib
 import re
 from collections.abc import Iterator
 from hashlib import sha256
@@ -21,6 +22,8 @@ from .number_forms import KIND, size_of
 BLOCK = re.compile(r"(?:(?P<count>[1-9]\d*)|(?P<length>[<>]?u[1248]):)?(?P<kind>.+)")
 ESCAPED = re.compile(r"\\x[0-9a-fA-F]{2}|\\r(?:\\n)?$|\\n$")
 """A sign that was meant to be one, but YAML reads backslashes between double quotes only."""
+REFUSED_S = 0.2
+"""How long an error may take to come after a command that has no answer."""
 MOST_TOLD = 3
 """Lines that were no answer, of those that are named."""
 
@@ -200,6 +203,15 @@ class LineBridge(Bridge):
             summary = f": {error.summary}" if error.summary else ""
             failure = ActionFailed(name, f"{self.place.device}: {words}{summary}", error.happened)
             raise failure if self.out <= 1 else doubtful(failure)
+
+    async def listen_for_errors(self, sent: str, said: ActionConfig) -> None:
+        """A command without an answer may be refused all the same."""
+        if self.config.errors or said.errors:
+            clock = asyncio.get_running_loop().time
+            until = clock() + REFUSED_S
+            with contextlib.suppress(NoAnswer):
+                while True:  # until the time is up: one that speaks by itself never is silent
+                    self.refuse(sent, await self.lines.next_line(until - clock()), said)
 
     async def answered(
         self, sent: str, said: LineAction, action: Action, given: Values, goal: GoalContext

@@ -69,12 +69,12 @@ class LengthFrame(Model):
             raise ValueError(f"a length is a whole number such as u1, >u2, not {value}")
         return value
 
-    def put(self, line: bytes, sums: Checksum | None) -> bytes:
-        """What is sent, with its length in it, to which the checksum will be added."""
+    def put(self, line: bytes, sums: Checksum | None, end: str) -> bytes:
+        """What is sent, with its length in it, to which the checksum and the end will be added."""
         if not self.sent:
             return line
         at = self._at(sums)
-        number = len(line) + (0 if sums is None else sums.size) - self.at - self.more
+        number = len(line) + (0 if sums is None else sums.size) + len(end) - self.at - self.more
         return line[:at] + number_bytes(number, self.length).encode("latin-1") + line[at:]
 
     def without(self, line: bytes, sums: Checksum | None) -> bytes:
@@ -124,6 +124,7 @@ class LineConfig(Wire):
     ignore: Pattern | None = None
     pause: Duration | None = None
     pace: Duration | None = None
+    local_port: int | None = Field(default=None, gt=0, lt=65536)
     visa_library: str = "@py"
     flow: Literal["none", "rtscts", "xonxoff"] = "none"
 
@@ -133,6 +134,8 @@ class LineConfig(Wire):
             raise ValueError(
                 "a `pace` is kept on serial ports and by TCP; elsewhere a line is sent whole"
             )
+        if self.local_port is not None and read_resource(self.resource).kind != "udp":
+            raise ValueError("a `local_port` is where answers by UDP come: udp://10.0.0.5:1024")
         return self
 
     @property
@@ -257,7 +260,7 @@ class Lines:
     def _summed(self, text: str) -> bytes:
         line, sums = self._encoded(text), self._config.checksum
         if isinstance(self._frame, LengthFrame):
-            line = self._frame.put(line, sums)
+            line = self._frame.put(line, sums, self._end.write if self._end.read else "")
         if sums is not None:
             line = sums.added(line)
         for sign, instead in self._escapes:
@@ -377,6 +380,8 @@ class Lines:
         if self._escapes:
             kept = self._unescaped(kept)
         if sums is not None and sums.answers:
+            if self._frame is not None and not sums.first:  # the end stands behind its checksum
+                kept = kept.removesuffix((self._end.read or "").encode("latin-1"))
             checked = sums.taken(kept if self._binary else kept.strip(b"\r\n"))
             if checked is None:
                 raise NoAnswer(f"sent {line[:80]!r}, and its checksum is not that of the line")
@@ -512,7 +517,7 @@ def channel_of(place: Place, config: LineConfig) -> Channel:
     if resource.kind == "visa":
         return Visa(resource, config.visa_library)
     if resource.kind != "serial":
-        return Network(resource)
+        return Network(resource, config.local_port)
     keys = ("baud", "bits", "parity", "stop_bits")
     framing: dict[str, Any] = {key: getattr(config, key) for key in keys}
     there = Place(place.device, {"port": resource.name, **framing}, {}, place.folder, place.world)

@@ -134,6 +134,8 @@ class Scpi(LineBridge):
                     await self._refuse_errors(said, texts[number - 1])
                 await self.put(text)
                 self.refuse(text, await self.lines.finish(text, timeout_s), said)
+                if not self.config.error_query:
+                    await self.listen_for_errors(text, said)
             if said.wait:
                 await self.lines.send("*OPC?")
                 await self._told("*OPC?", COMPLETED, timeout_s, "where 1 is expected")

@@ -3,8 +3,6 @@
 See docs/how-to/instruments-in-yaml.md.
 """
 
-import asyncio
-import contextlib
 import json
 from collections.abc import Iterator
 from string import Formatter
@@ -21,9 +19,6 @@ from .data import json_values
 from .line_bridge import LineAction, LineBridge, LineBridgeConfig
 from .lines import Exchange, NoAnswer
 from .template import fill, filled, texts
-
-REFUSED_S = 0.2
-"""How long an error may take to come after a command that has no answer."""
 
 
 class TextAction(LineAction):
@@ -141,7 +136,8 @@ class Text(LineBridge):
             result = await self.answered(last, said, action, values, goal)
         else:
             self.refuse(last, await self.lines.finish(last, self.timeout_s(said)), said)
-            await self._listen_for_errors(last, said)
+            if said.done is None:
+                await self.listen_for_errors(last, said)
         if said.done is not None:
             self.out += bool(answered)  # it has been accepted: what is reported now is no refusal
             await self._until_said(said.done, last, said)
@@ -172,15 +168,6 @@ class Text(LineBridge):
         if not (wanted.fullmatch(told) or wanted.fullmatch(told.strip())):
             words = f"{self.place.device} was sent {sent!r} and reports {told[:80]!r}"
             raise ActionFailed("DeviceError", words, "unknown")
-
-    async def _listen_for_errors(self, sent: str, said: TextAction) -> None:
-        """A command without an answer may be refused all the same."""
-        if said.done is None and (self.config.errors or said.errors):
-            clock = asyncio.get_running_loop().time
-            until = clock() + REFUSED_S
-            with contextlib.suppress(NoAnswer):
-                while True:  # until the time is up: one that speaks by itself never is silent
-                    self.refuse(sent, await self.lines.next_line(until - clock()), said)
 
     async def _until_said(self, words: str, sent: str, said: TextAction) -> None:
         """Pass over lines until one that says so; raises NoAnswer, or ActionFailed for an error."""

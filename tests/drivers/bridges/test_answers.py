@@ -82,6 +82,7 @@ def test_a_value_is_read_in_the_contracts_unit(text, schema, wanted):
         ("hello", VOLT, "'hello' is not a number"),
         ("1.5", {"type": "integer"}, "not a whole number"),
         ("23,5 V", VOLT, "a decimal comma"),
+        ("086,040", VOLT, r"two values\? Then each is a group"),
         ("maybe", {"type": "boolean"}, "neither on nor off"),
         ("1.5 V", {"type": "number"}, "the contract has none"),
         (
@@ -115,7 +116,8 @@ def test_what_is_no_such_value_is_said(text, schema, words):
     [("9.9E37", "Overload"), ("-9.90000000E+37", "Overload"), ("OVLD", "Overload"),
      ("+OL", "Overload"), ("OVL", "Overload"), ("O.L", "Overload"), ("UNDER", "Overload"),
      ("inf", "Overload"), ("OVER", "Overload"), ("----", "NotANumber"),
-     ("--.- V", "NotANumber"), ("9.91E37", "NotANumber"), ("NaN", "NotANumber"), ("1E300", "Overload")],
+     ("--.- V", "NotANumber"), (".......", "NotANumber"),
+     ("9.91E37", "NotANumber"), ("NaN", "NotANumber"), ("1E300", "Overload")],
 )  # fmt: skip
 def test_no_number_has_its_name(text, name):
     with pytest.raises(NoNumber) as fault:

@@ -319,3 +319,13 @@ def test_a_header_that_nothing_fills_is_told():
     assert [fault.message for fault in said.faults(said.contract("x@1"), apart=False)] == [
         "{key}: nothing says it; what a `login` returns may stand here"
     ]
+
+
+def test_a_get_that_returns_nothing_is_no_question():
+    """`/relay/0?turn=toggle` must not be sent twice."""
+    made = HttpConfig(url="http://a", actions=ACTIONS).contract("x@1").actions
+
+    assert {name: made[name].effect for name in ("state", "broken")} == {
+        "state": "pure",
+        "broken": "once",
+    }

@@ -132,6 +132,7 @@ REFUSED = {
     "thermostat": ("heat", {"to": 300}, "Range", "no"),
     "mixer": ("block", {}, "Timeout", "unknown"),
     "vessel": ("wrong", {}, "Refused", "no"),
+    "weather": ("any", {"channel": 999}, "NoChannel", "no"),
 }
 
 
@@ -244,6 +245,10 @@ REFUSED = {
             ("temperature", {}, {"t": 21.37}),
             ("heat", {"to": 37.5}, {}),
         ], [{"done": "set", "to": "37.5"}]),
+        ("weather", BUS["weather"], [
+            ("temperature", {}, {"t": 21.37}),
+            ("any", {"channel": 200}, {"v": 45.25}),
+        ], []),
         ("mixer", BUS["mixer"], [
             ("set", {"to": 12.5}, {}),
             ("all", {}, {"n": [1, 2], "flow": [12.5, 0.5]}),

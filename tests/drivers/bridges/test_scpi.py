@@ -112,6 +112,12 @@ def test_the_error_queue_becomes_named_errors(peer, once):
         said = {"query": "XYZ?", "returns": {"x": {}}, "timeout": "0.3 s"}
         once("scpi", config(where, actions={"x": said}), "x")
 
+    with pytest.raises(ActionFailed, match="unknown command") as heard:
+        own = {"Refused": {"answer": "unknown command", "happened": "no"}}
+        said = {"errors": own, "error_query": False, "actions": {"x": {"write": "XYZ 1"}}}
+        once("scpi", config(peer(name="other", error_query=False).where, **said), "x")
+
+    assert failure(heard) == ("Refused", "no")
     assert failure(named) == failure(bare) == ("OutOfRange", "no")
     assert failure(unnamed) == ("ExecutionError", "no")
     assert failure(unknown) == ("CommandError", "no")

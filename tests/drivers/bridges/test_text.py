@@ -1,6 +1,9 @@
 """Instruments with a line protocol of their own, said in YAML by patterns."""
 
 import asyncio
+import contextlib
+import os
+import socket
 import threading
 
 import pytest
@@ -23,6 +26,18 @@ LOGIN = [
 ERRORS = {"Unknown": {"answer": r"^\?1", "happened": "no"}}
 
 
+def free_port():
+    """Below those that the system gives away, and from another one for each process."""
+    for port in range(20000 + os.getpid() % 8000, 32000):
+        with contextlib.suppress(OSError), socket.socket(type=socket.SOCK_DGRAM) as made:
+            made.bind(("", port))
+            return port
+    return None
+
+
+OURS = free_port()
+
+
 def config(where, **more):
     actions = more.pop("actions", {})
     actions = {"voltage": VOLTAGE, "go": GO, **actions}
@@ -34,6 +49,7 @@ def config(where, **more):
     [
         ({}, {}),
         ({"over": "udp"}, {}),
+        ({"over": "udp", "to_port": OURS}, {"local_port": OURS}),
         ({"over": "pty", "end": "\r\n"}, {"terminator": "\r\n"}),
         ({"end": "\r", "unit": " mV"}, {"terminator": {"write": "\r", "read": "\r"}}),
         ({"chatter": "T=21.5 C"}, {}),

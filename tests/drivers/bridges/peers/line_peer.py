@@ -19,7 +19,7 @@ HABITS = {
     "over": "tcp", "banner": "", "banner_s": 0.0, "echo": False, "echo_end": "", "prompt": "", "end": "\n",
     "unit": "", "chatter": "", "work_s": 0.0, "answer_s": 0.0, "idn": "ACME,DM-1,0042,1.0",
     "closes": False, "error_query": True, "checksum": False, "login": False, "deaf": 0, "noise": "",
-    "help": False,
+    "help": False, "to_port": None,
 }  # fmt: skip
 
 HELP = b""":ABORt/nquery/
@@ -252,7 +252,8 @@ def over_udp(instrument, port):
     while True:
         data, who = listener.recvfrom(4096)
         if who not in links:
-            links[who] = Link(instrument, lambda out, to=who: listener.sendto(out, to))
+            to = (who[0], instrument.habits["to_port"] or who[1])
+            links[who] = Link(instrument, lambda out, to=to: listener.sendto(out, to))
         links[who].hear(data)
 
 
