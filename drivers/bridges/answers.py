@@ -45,7 +45,7 @@ NUMBER_ERRORS: dict[str, tuple[Happened, str]] = {
     "Overload": ("yes", "The instrument answered that the value is beyond its range"),
     "NotANumber": ("yes", "The instrument answered that it has no value"),
 }
-OWN = ("scale", "offset", "base", "bit", "bits", "words", "power", "decimal", *FORMS)
+OWN = ("scale", "offset", "base", "bit", "bits", "words", "power", "decimal", "nothing", *FORMS)
 """How a value is written, as a lab says it: value = what is written × scale + offset."""
 TRUE, FALSE = {"1", "on", "true", "yes"}, {"0", "off", "false", "no"}
 
@@ -232,7 +232,7 @@ def _formed_value(text: str, schema: Mapping[str, Any]) -> Any:
 
 def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int | None:
     if "base" in schema or NUMERAL.fullmatch(text):
-        return _scaled(_whole(text, schema), schema, whole=whole)
+        return _meant(_whole(text, schema), schema, whole=whole)
     found = NUMBER.fullmatch(text)
     if DASHES.match(text):
         return none_for("NotANumber", f"it answered {text!r}: it has no number", schema)
@@ -265,7 +265,7 @@ def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int
         )
     if whole and number != int(number):
         raise BadAnswer(f"{text!r} is not a whole number")
-    return _scaled(number, schema, whole=whole)
+    return _meant(number, schema, whole=whole)
 
 
 def _whole(text: str, schema: Mapping[str, Any]) -> int:
@@ -282,7 +282,10 @@ def some_bits(number: int, which: Sequence[int]) -> int:
     return number >> which[0] & (1 << which[1] - which[0] + 1) - 1
 
 
-def _scaled(number: float, schema: Mapping[str, Any], *, whole: bool) -> float | int:
+def _meant(number: float, schema: Mapping[str, Any], *, whole: bool) -> float | int | None:
+    """What a number that was written stands for; some stand for none."""
+    if number in schema.get("nothing", ()):
+        return none_for("NotANumber", f"it answered {number:g}, which is no value", schema)
     scale, offset = schema.get("scale", 1), schema.get("offset", 0)
     if (scale, offset) != (1, 0):
         number = float(f"{number * scale + offset:.12g}")

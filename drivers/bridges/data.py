@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import Any
 
-from .answers import INFINITE, OWN, BadAnswer, items_of, may_lack, none_for, value
+from .answers import INFINITE, OWN, BadAnswer, items_of, may_lack, none_for, value, values
 
 
 def plainly(data: Any) -> str:
@@ -45,6 +45,23 @@ def json_values(text: str, returns: Mapping[str, Any]) -> dict[str, Any]:
             raise BadAnswer("it is no JSON") from fault
         told = text
     return {name: found_at(told, name, s.get("at", ""), s) for name, s in returns.items()}
+
+
+def answer_values(
+    text: str, returns: Mapping[str, Any], wanted: Any, *, json: bool, decimal: str = "."
+) -> dict[str, Any]:
+    """Values of an answer; of JSON, if it is that, or if that is in the group of a pattern.
+
+    Raises BadAnswer or NoNumber.
+    """
+    if not json:
+        return values(text, returns, wanted, decimal)
+    if wanted is not None:
+        found = wanted.fullmatch(text.strip())
+        if found is None:
+            raise BadAnswer(f"it does not match {wanted.pattern!r}")
+        text = found[1 if wanted.groups else 0]
+    return json_values(text, returns)
 
 
 def plain(found: Any, schema: dict[str, Any]) -> Any:

@@ -17,10 +17,9 @@ from ...schemas.contract import Action, Contract, Effect, Name
 from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext
 from .answers import NUMBER_ERRORS, OWN, BadAnswer, value
-from .answers import values as values_of
 from .bridge import Bridge, Values
 from .config import LISTED, WHOLE, ActionConfig, BridgeConfig, ConfigFault, Pattern, chosen, pattern
-from .data import json_values, plainly
+from .data import answer_values, plainly
 from .line_bridge import file_of
 from .lines import NoAnswer
 from .resource import Served
@@ -172,12 +171,13 @@ class Http(Bridge):
             returns = {name: one for name, one in returns.items() if name not in above}
             if file := next((n for n, s in returns.items() if s.get("format") == "path"), None):
                 return above | {file: file_of(goal, file, values, told.data)}
-            if said.answer is not None:
-                return above | values_of(told.text, returns, self.pattern(said.answer))
             for name, schema in returns.items():
-                at = fill(str(schema.get("at", "")), values, params, goal.id)
-                returns[name] = {**schema, "at": at} if at else schema
-            return above | (json_values(told.text, returns) if returns else {})
+                if "at" in schema:
+                    at = fill(str(schema["at"]), values, params, goal.id)
+                    returns[name] = {**schema, "at": at}
+            wanted = self.pattern(said.answer) if said.answer is not None else None
+            json = bool(returns) and (wanted is None or any("at" in s for s in returns.values()))
+            return above | answer_values(told.text, returns, wanted, json=json)
         except BadAnswer as fault:
             raise BadAnswer(f"{told.asked} and answered {told.text[:80]!r}: {fault}") from fault
 

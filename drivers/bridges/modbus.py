@@ -14,11 +14,11 @@ from ...schemas.contract import Action, Effect, Happened, Name
 from ...schemas.model import Model
 from ...system.extras import needed
 from ..driver import ActionFailed, GoalContext, Place
-from .answers import NUMBER_ERRORS, BadAnswer, NoNumber, none_for, value
+from .answers import NUMBER_ERRORS, BadAnswer, NoNumber, value
 from .bridge import Bridge, Values, doubtful
 from .config import LISTED, ActionConfig, BridgeConfig, ConfigFault, chosen
 from .lines import NoAnswer
-from .number_forms import decimals, size_of
+from .number_forms import size_of
 from .resource import Wire, read_resource
 from .schema_faults import own_faults
 from .template import filled, texts, written
@@ -64,7 +64,7 @@ class Register(Model):
     word_order: Literal["big", "little"] | None = None
     byte_order: Literal["big", "little"] | None = None
     unit: int | None = Field(default=None, ge=0, le=255)
-    nothing: list[int] = Field(default_factory=list)
+    nothing: list[int] | None = None
     """Raw values that stand for no value, such as 32767 for a probe that is not plugged in."""
 
     @model_validator(mode="after")
@@ -73,16 +73,15 @@ class Register(Model):
             raise ValueError("it is in one table: holding: 10, input: 10, coil: 10 or discrete: 10")
         for key, fault in own_faults(self.form, {}):
             raise ValueError(f"{key}: {fault}")
-        if {"bit", "bits"} & set(self.form) and (
-            self.is_bit or self.type not in ("uint16", "uint32")
-        ):
+        unsigned = not self.is_bit and self.type in ("uint16", "uint32")
+        if chosen(self, ("bit", "bits")) and not unsigned:
             raise ValueError("bits are of an `input` or `holding` register, unsigned")
         return self
 
     @property
     def form(self) -> Values:
         """How its value is written, as that of any other instrument."""
-        said = {key: getattr(self, key) for key in chosen(self, ("bit", "bits"))}
+        said = {key: getattr(self, key) for key in chosen(self, ("bit", "bits", "nothing"))}
         if (self.scale, self.offset) != (1, 0):
             said |= {"scale": self.scale, "offset": self.offset}
         return said if self.is_bit or self.type == "string" else {"bytes": KINDS[self.type], **said}
@@ -236,16 +235,11 @@ class Modbus(Bridge):
         data = b"".join(word.to_bytes(2, "big") for word in self._ordered(answer.registers, one))
         if one.type == "string":
             return value(data.decode("utf-8", "backslashreplace").rstrip("\0 "), returns)
-        text = data.decode("latin-1")
         try:
-            raw = decimals(text, one.form)[0]
-            if raw == "nan" or float(raw) in one.nothing:
-                words = f"{name} is {raw}: the device has no value"
-                return none_for("NotANumber", words, returns)
-            return value(text, {**returns, **one.form})
-        except NoNumber:
-            raise
-        except ValueError as fault:
+            return value(data.decode("latin-1"), {**returns, **one.form})
+        except NoNumber as fault:
+            raise NoNumber(fault.name, f"{name}: {fault}") from fault
+        except BadAnswer as fault:
             raise BadAnswer(f"{name}: {fault}") from fault
 
     async def _write(self, name: str, what: Any, said: ModbusAction) -> None:

@@ -56,6 +56,12 @@ def own_faults(own: dict[str, Any], schema: dict[str, Any]) -> Iterator[tuple[st
         yield "bit", "it is the number of a bit, from 0 for the lowest"
     if fault := bits_fault(own.get("bits", [0, 0])):
         yield "bits", fault
+    nothing = own.get("nothing", [])
+    if not isinstance(nothing, list) or not all(isinstance(one, (int, float)) for one in nothing):
+        yield (
+            "nothing",
+            "it is a list of numbers that stand for no value, as they are written: [-999]",
+        )
     if own.get("decimal", ",") not in (".", ","):
         yield "decimal", "it is a point or a comma"
     try:

@@ -3,8 +3,8 @@
 See docs/how-to/instruments-in-yaml.md.
 """
 
-import json
 from collections.abc import Iterator
+from json import dumps
 from string import Formatter
 from typing import Any, ClassVar
 
@@ -15,7 +15,7 @@ from ..driver import ActionFailed, GoalContext
 from .answers import NUMBER_ERRORS, OWN, BadAnswer
 from .bridge import Values
 from .config import Pattern, chosen
-from .data import json_values
+from .data import answer_values
 from .line_bridge import LineAction, LineBridge, LineBridgeConfig
 from .lines import Exchange, NoAnswer
 from .template import fill, filled, texts
@@ -118,7 +118,7 @@ class Text(LineBridge):
             for one in said.sends
         ]
         if isinstance(said.send, dict):
-            lines = [(None, json.dumps(filled(said.send, values, params, goal.id)))]
+            lines = [(None, dumps(filled(said.send, values, params, goal.id)))]
         self.out = 0
         last = ""
         for number, (after, text) in enumerate(lines):
@@ -146,14 +146,8 @@ class Text(LineBridge):
 
     def read(self, text: str, returns: Values, wanted: Any) -> Values:
         """Where the lab says `at`, the answer is JSON, or what its pattern picks is."""
-        if not any("at" in schema for schema in returns.values()):
-            return super().read(text, returns, wanted)
-        if wanted is not None:
-            found = wanted.fullmatch(text.strip())
-            if found is None:
-                raise BadAnswer(f"it does not match {wanted.pattern!r}")
-            text = found[1 if wanted.groups else 0]
-        return json_values(text, returns)
+        json = any("at" in schema for schema in returns.values())
+        return answer_values(text, returns, wanted, json=json, decimal=self.config.decimal)
 
     async def _ask_for_errors(self, sent: str, goal: GoalContext) -> None:
         """An instrument that keeps its errors for whoever asks; an `answer` means that there is none."""

@@ -46,6 +46,8 @@ VOLT, CELSIUS = {"type": "number", "unit": "V"}, {"type": "number", "unit": "deg
         ("#H2A", {"type": "integer"}, 42),
         ("50 %", {"type": "number", "unit": "percent"}, 50.0),
         ("9.9E37", {"type": ["number", "null"]}, None),
+        ("-999.0 C", {"type": ["number", "null"], "unit": "degC", "nothing": [-999]}, None),
+        ("8001", {"type": ["number", "null"], "base": 16, "scale": 0.1, "nothing": [32769]}, None),
         ("100 PF", {"type": "number", "unit": "nF"}, 0.1),  # no petafarad
         ("10 mhz", {"type": "number", "unit": "MHz"}, 10.0),
         ("2 ghz", {"type": "number", "unit": "MHz"}, 2000.0),

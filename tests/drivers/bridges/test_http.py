@@ -175,6 +175,10 @@ def test_what_is_no_plain_json(peer, ask):
             "get": "/odd/" + quote("<r><t>21.5 C</t></r>"), "answer": "(?s).*<t>(?P<t>[^<]*)</t>.*",
             "returns": {"t": {"unit": "degC"}},
         },
+        "wrapped": {
+            "get": "/odd/" + quote('told({"t": [21.5]});'), "answer": r"told\((.*)\);",
+            "returns": {"t": {"unit": "degC", "at": "t.0"}},
+        },
         "picture": {"get": "/odd/PNG", "returns": {"picture": {"format": "path"}}},
         "state": {
             "get": "/odd/" + quote('{"mode": 1, "t": 253}'),
@@ -194,7 +198,8 @@ def test_what_is_no_plain_json(peer, ask):
     async def story(driver):
         goal = GoalContext("run/x/1")
         told = [
-            await driver.nth(goal, n=1), await driver.xml(goal), await driver.state(goal),
+            await driver.nth(goal, n=1), await driver.xml(goal), await driver.wrapped(goal),
+            await driver.state(goal),
             await driver.note(goal, t=37), await driver.enter(goal, mode="fast"), await driver.picture(goal),
         ]  # fmt: skip
         return told, goal.files["picture"].data
@@ -202,7 +207,7 @@ def test_what_is_no_plain_json(peer, ask):
     told, picture = ask("http", said, story)
 
     assert told == [
-        {"x": 2}, {"t": 21.5}, {"mode": "busy", "t": 25.3}, {"t": 37.0},
+        {"x": 2}, {"t": 21.5}, {"t": 21.5}, {"mode": "busy", "t": 25.3}, {"t": 37.0},
         {"mode": "F", "go": "true", "who": "Basic YWRhOng="}, {"picture": "picture.bin"},
     ]  # fmt: skip
     assert picture == b"PNG"

@@ -147,7 +147,7 @@ def test_refusals_have_names(peer, once):
         ActionFailed, match=r"read holding registers 500 \(nowhere\).*exception 2"
     ) as lost:
         once("modbus", said, "lost")
-    with pytest.raises(ActionFailed, match="broken is nan: the device has no value") as nan:
+    with pytest.raises(ActionFailed, match="broken: it answered 'nan': it has no number") as nan:
         once("modbus", said, "broken")
     with pytest.raises(ActionFailed, match="does not fit into int16") as large:
         once("modbus", said, "heat", to=5000)
@@ -168,7 +168,7 @@ def test_a_raw_value_may_stand_for_none(peer, once):
     said = {"resource": where, "registers": registers, "actions": actions}
 
     assert once("modbus", said, "may_lack") == {"probe": None}
-    with pytest.raises(ActionFailed, match="probe is 0: the device has no value") as none:
+    with pytest.raises(ActionFailed, match="probe: it answered 0, which is no value") as none:
         once("modbus", said, "sure")
     assert none.value.name == "NotANumber"
 
