@@ -1,6 +1,7 @@
-"""Data as YAML that reads back as itself.
+"""Data as YAML that reads back as itself, in its order: what is written first to a device stays first.
 
-Left to itself, ruamel.yaml writes `:MEAS?` and `? x` without quotes, which nothing reads between braces.
+Left to itself, ruamel.yaml writes `:MEAS?` and `? x` without quotes, which nothing reads between braces,
+and sorts keys.
 """
 
 from typing import Any, TextIO
@@ -22,4 +23,5 @@ def write_yaml(data: Any, out: TextIO) -> None:
     Quoting.add_representer(str, Quoting.represent_str)
     yaml = YAML(typ="safe", pure=True)
     yaml.Representer = Quoting
+    yaml.sort_base_mapping_type_on_output = False
     yaml.dump(data, out)

@@ -1,6 +1,7 @@
 """What is written as YAML reads back as itself, whatever an instrument wants to be sent."""
 
 import io
+import json
 
 import pytest
 from hypothesis import given, settings
@@ -19,12 +20,14 @@ def check(text):
         {"a": {"b": text, "c": [text, {"d": text}]}},
         {"a": text, "b": {"c": {}}},
         {"a": {text: 1}},
+        {"b": {"write": {"target": text, "command": 1}}, "a": text},
     ):
         out = io.StringIO()
         write_yaml(data, out)
         _, faults, whole = read_nodes(out.getvalue(), Lines(out.getvalue()), json=False)
 
-        assert YAML(typ="safe", pure=True).load(out.getvalue()) == data
+        read = YAML(typ="safe", pure=True).load(out.getvalue())
+        assert (read, json.dumps(read)) == (data, json.dumps(data))
         assert (faults, whole) == ([], True)
 
 

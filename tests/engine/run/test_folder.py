@@ -1,5 +1,6 @@
 """One engine holds a run's folder; a check whether there is one never gets in its way."""
 
+import json
 import os
 import re
 import shutil
@@ -8,6 +9,7 @@ import threading
 import pytest
 from ruamel.yaml import YAML
 
+from labrun.engine.lab.lab import load_lab
 from labrun.engine.run.folder import (
     JOURNAL,
     FolderFault,
@@ -112,3 +114,28 @@ def test_a_run_keeps_where_the_drivers_and_interpreters_of_its_lab_lie(tmp_path)
     assert kept["oven"]["driver"] == f"{tmp_path / 'labs' / 'oven.py'}:Oven"
     assert kept["oven"]["python"] == str(tmp_path / "labs" / "env" / "bin" / "python")
     assert kept["lamp"]["python"] == "python3.12"
+
+
+def test_a_run_keeps_the_order_of_what_its_lab_says(tmp_path):
+    """Values come in the order of `returns`, and registers are written in that of `write`."""
+    where = {"y": {"unit": "mm"}, "x": {"unit": "mm"}, "at": {"words": {"rest": 1, "end": 0}}}
+    press = {"target": 5, "command": 1}
+    both = {"resource": "127.0.0.1:9"}
+    text = {**both, "actions": {"where": {"send": "W", "effect": "pure", "returns": where}}}
+    registers = {"target": {"holding": 1}, "command": {"holding": 2}}
+    modbus = {**both, "registers": registers, "actions": {"press": {"write": press}}}
+    devices = {
+        "d": {"driver": "text", "config": text},
+        "p": {"driver": "modbus", "config": modbus},
+    }
+    (tmp_path / "lab.yaml").write_text(json.dumps({"devices": devices}), "utf-8")
+    lab, _ = load_lab(tmp_path / "lab.yaml")
+    folder = tmp_path / "run"
+    folder.mkdir()
+    keep_inputs(folder, "labrun: 1\n", "p.yaml", lab.lab, tmp_path, lab.contracts, {})
+
+    kept, problems = load_lab(folder / "lab.yaml")
+
+    assert problems == []
+    assert list(kept.contracts["d@1"].actions["where"].returns["properties"]) == list(where)
+    assert list(kept.lab.devices["p"].config["actions"]["press"]["write"]) == list(press)
