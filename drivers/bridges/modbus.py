@@ -4,7 +4,6 @@ MODBUS Application Protocol Specification V1.1b3. See docs/how-to/instruments-in
 """
 
 import asyncio
-import contextlib
 from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -14,6 +13,7 @@ from ...schemas.contract import Action, Effect, Happened, Name
 from ...schemas.model import Model
 from ...system.extras import needed
 from ..driver import ActionFailed, GoalContext, Place
+from ..serial_io.open_port import open_exclusively
 from .answers import NUMBER_ERRORS, BadAnswer, NoNumber, value
 from .bridge import Bridge, Values, doubtful
 from .config import LISTED, ActionConfig, BridgeConfig, ConfigFault, chosen
@@ -194,11 +194,17 @@ class Modbus(Bridge):
                 at.name, baudrate=said.baud, bytesize=said.bits, parity=said.parity,
                 stopbits=said.stop_bits, **options,
             )  # fmt: skip
-        with contextlib.suppress(TimeoutError):
+        where = f"{self.place.device} at {at}"
+        try:
             async with asyncio.timeout(timeout_s):
                 if await self._client.connect():
                     return
-        where = f"{self.place.device} at {at}"
+        except TimeoutError:
+            pass
+        except Exception as fault:  # the system's own, of a port that does not take this framing
+            raise OSError(f"{where} cannot be opened: {fault}") from fault
+        if at.kind == "serial":  # the library tells its log alone why not
+            (await asyncio.to_thread(open_exclusively, at.name)).close()
         raise OSError(f"{where} cannot be reached: is it on, and is this its address?")
 
     def _connected(self, there: bool) -> None:

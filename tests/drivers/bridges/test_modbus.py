@@ -149,6 +149,8 @@ def test_refusals_have_names(peer, once):
         once("modbus", said, "lost")
     with pytest.raises(ActionFailed, match="broken: it answered 'nan': it has no number") as nan:
         once("modbus", said, "broken")
+    with pytest.raises(OSError, match="there is no port /dev/ttyNone: is the cable plugged in"):
+        once("modbus", config("/dev/ttyNone"), "lost")
     with pytest.raises(ActionFailed, match="does not fit into int16") as large:
         once("modbus", said, "heat", to=5000)
 
