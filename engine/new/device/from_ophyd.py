@@ -31,6 +31,10 @@ def describe(source: str) -> Described:
     try:
         found = instrument_class("ophyd", PACKAGE, instrument)
         actions, needs_prefix = asyncio.run(_known(found, prefix))
+    except TimeoutError as fault:  # whose text is all of its signals
+        first = str(fault).partition(", ")[0]
+        told = f"{instrument}: nothing answers as {prefix}; is its IOC on, and is this its prefix? ({first})"
+        raise CannotMake(told) from fault
     except Exception as fault:  # whatever a class raises that wants more than a name
         raise CannotMake(f"{instrument}: {fault}") from fault
     if not actions:

@@ -8,6 +8,7 @@ from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
 from labrun.engine.lab.lab import load_lab
 from labrun.engine.new.device.entry import entry_text
 from labrun.engine.new.device.sources import described
+from labrun.engine.new.protocol import CannotMake
 
 pytestmark = [
     pytest.mark.needs("ophyd"),
@@ -76,6 +77,8 @@ def test_what_is_not_connected_is_said(tmp_path, once):
     config = {**written(tmp_path, "ophyd:ophyd.EpicsMotor"), "prefix": "NOBODY:", "timeout": 0.5}
     with pytest.raises(OSError, match=r"Failed to connect|TimeoutError|timed out"):
         once("ophyd", config, "read_velocity")
+    with pytest.raises(CannotMake, match=r"nothing answers as NOBODY:; is its IOC on"):
+        described("ophyd:ophyd.EpicsMotor@NOBODY:")
 
 
 def test_a_limit_is_looked_at_before_anything_is_sent(tmp_path, once):
