@@ -13,11 +13,16 @@ from labrun.web.local.refusal import Refusal
 
 PROTOCOL = "labrun: 1\nname: go\ndevices: {gantry: gantry@1}\nsteps: [{do: gantry.home}]\n"
 LAB = (
-    "devices: {gantry: {contract: gantry@1, driver: sim_gantry, limits: {x: {maximum: 100 mm}}}}\n"
+    "devices: {gantry: {contract: gantry@1, driver: sim_gantry, limits: {x: {maximum: 100 mm}},"
+    " config: {homed: true, clock: fast}}}\n"
 )
 
 
-def test_a_release_is_for_the_lab_that_a_person_has_seen(tmp_path):
+@pytest.mark.parametrize(
+    ("seen", "now"),
+    [("100 mm", "900 mm"), ("homed: true, clock: fast", "clock: fast, homed: true")],
+)
+def test_a_release_is_for_the_lab_that_a_person_has_seen(tmp_path, seen, now):
     protocol, lab, runs = tmp_path / "go.yaml", tmp_path / "lab.yaml", tmp_path / "runs"
     protocol.write_text(PROTOCOL)
     lab.write_text(LAB)
@@ -26,7 +31,7 @@ def test_a_release_is_for_the_lab_that_a_person_has_seen(tmp_path):
     record = record_of(folder, checked, protocol, {}, "Ada")
     (folder / RECORD).write_text(record.model_dump_json())
     (known,) = releases(runs)
-    lab.write_text(LAB.replace("100 mm", "900 mm"))
+    lab.write_text(LAB.replace(seen, now))  # registers are written in the order of their keys
 
     with pytest.raises(FolderFault, match="the lab has changed"):
         asyncio.run(Tools(tmp_path, runs, lab).launch(known.id))
