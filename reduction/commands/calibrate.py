@@ -1,6 +1,5 @@
 """`labrun calibrate response` and `standards`: what `labrun reduce --response` and `--calibration` read."""
 
-import csv
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,6 +10,7 @@ from .say import FAILED, PROBLEMS, say
 from .words import Closure, KnownResponse, OwnLines
 
 NAMED = 3
+SAME_NM = 1e-3
 
 calibrate = typer.Typer(
     name="calibrate", no_args_is_help=True, help="Calibrate an instrument from what is known.",
@@ -163,42 +163,28 @@ def _by_lamp(files: list[Path], lamp: Path, dark: Path | None) -> tuple[Any, str
     import numpy as np
 
     from ..elements.calibrate_response import from_lamp
+    from ..spectrum.bad import mark_bad
     from ..spectrum.spectrum import Spectrum
 
-    spectra = [_read(path) for path in files]
+    certificate = _read(lamp, ("1", "2"))
+    if len(certificate) < 2 or not (certificate.intensity > 0).all():
+        raise ValueError(
+            f"{lamp}: a certificate has two wavelengths or more, and a radiance above 0 at each"
+        )
+    spectra = [_read(path) for path in (*files, *([dark] if dark else []))]
     x = spectra[0].wavelength_nm
-    counts = np.mean([np.interp(x, one.wavelength_nm, one.intensity) for one in spectra], axis=0)
-    if dark is not None:
-        off = _read(dark)
-        counts = counts - np.interp(x, off.wavelength_nm, off.intensity)
-    nm, radiance = _certificate(lamp)
+    for path, one in zip((*files, dark), spectra, strict=False):
+        if len(one) != len(x) or not np.allclose(one.wavelength_nm, x, rtol=0, atol=SAME_NM):
+            raise ValueError(f"{path}: its wavelengths are not those of {files[0]}")
+        if full := int(mark_bad(one.intensity, alone=False).full.sum()):
+            raise ValueError(f"{path}: {full:,} channels are full; expose it for a shorter time")
+    counts = np.mean([one.intensity for one in spectra[: len(files)]], axis=0)
+    counts = counts - spectra[-1].intensity if dark else counts
     shots = f"the mean of {len(files)} spectra" if len(files) > 1 else files[0].name
-    minus = "" if dark is None else f", less {dark.name}"
-    return from_lamp(Spectrum(x, counts), nm, radiance), f"{shots}{minus}, over {lamp.name}"
-
-
-def _certificate(path: Path) -> tuple[Any, Any]:
-    import numpy as np
-
-    rows = []
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise ValueError(f"{path}: it is not text; save it as CSV in UTF-8") from None
-    for row in csv.reader(line for line in text.splitlines() if not line.startswith("#")):
-        try:
-            rows.append((float(row[0]), float(row[1])))
-        except (ValueError, IndexError):
-            if rows and any(row):
-                raise ValueError(
-                    f"{path}: {','.join(row)!r} is not a wavelength and a number"
-                ) from None
-    if len(rows) < 2:
-        raise ValueError(f"{path}: it needs two columns of numbers: wavelength in nm, and radiance")
-    nm, radiance = np.array(sorted(rows)).T
-    if not (radiance > 0).all():
-        raise ValueError(f"{path}: a radiance must be above 0")
-    return nm, radiance
+    minus = "nothing subtracted: --dark takes a spectrum with the lamp off"
+    minus = minus if dark is None else f"less {dark.name}"
+    found = from_lamp(Spectrum(x, counts), certificate.wavelength_nm, certificate.intensity)
+    return found, f"{shots}, {minus}, over {lamp.name}"
 
 
 def _by_lines(files: list[Path]) -> tuple[Any, str]:
@@ -217,10 +203,10 @@ def _by_lines(files: list[Path]) -> tuple[Any, str]:
     return from_lines(told), f"lines of {len(told)} of {len(files)} spectra: {named}"
 
 
-def _read(path: Path) -> Any:
+def _read(path: Path, columns: tuple[str, ...] | None = None) -> Any:
     from ..spectrum.read import read_spectrum
 
     try:
-        return read_spectrum(path).without_bad()
+        return read_spectrum(path, columns=columns).without_bad()
     except ValueError as fault:
         raise ValueError(f"{path}: {fault}") from None

@@ -17,13 +17,17 @@ def from_lamp(lamp: Spectrum, certified_nm: FloatArray, certified: FloatArray) -
     """Counts of a lamp without dark counts, over its certified radiance; in steps of 2 nm.
 
     A lamp has no lines, so that the median of a step tells it; no step spans a seam of detectors.
-    Wavelengths that the certificate does not have are left out. Errors count the scatter of the
-    channels; what the certificate may be off by is not in them. Raises ValueError where nothing
-    is left.
+    Between the certificate's wavelengths ln of it is joined smoothly over their inverse, in which a
+    glowing filament's is nearly straight (Wien). Wavelengths that it does not have are left out. Errors
+    count the scatter of the channels; what the certificate may be off by is not in them. Raises
+    ValueError where nothing is left.
     """
+    from scipy.interpolate import PchipInterpolator  # here: no other command needs it
+
     x, counts = lamp.wavelength_nm, lamp.intensity
+    light = PchipInterpolator(-1 / certified_nm, np.log(certified))
     known = (x >= certified_nm[0]) & (x <= certified_nm[-1]) & np.isfinite(counts)
-    ratio = counts / np.interp(x, certified_nm, certified)
+    ratio = counts / np.exp(light(-1 / np.clip(x, certified_nm[0], certified_nm[-1])))
     part = np.searchsorted(seams(x), x)
     step = np.floor((x - x[0]) / SMOOTH_NM) + 1e6 * part
     rows = []

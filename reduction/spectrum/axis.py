@@ -60,7 +60,7 @@ def in_nm(values: FloatArray, unit: Unit = "nm") -> FloatArray:
         return nm
     likely = [one for one in UNITS if _plausible(_nm(values, one))]
     hint = (
-        f"; if they are in {likely[0]}, use --unit {likely[0]} (unit={likely[0]!r})"
+        f"; if they are in {likely[0]}, say so in a heading, or use --unit {likely[0]} (unit={likely[0]!r})"
         if likely
         else ""
     )

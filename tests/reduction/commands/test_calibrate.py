@@ -14,7 +14,9 @@ def lamp(tmp_path):
     for name, counts in (("lamp", seen + 50.5), ("dark", 50 + np.arange(len(x)) % 2)):
         rows = "".join(f"{at:.2f},{one:.1f}\n" for at, one in zip(x, counts, strict=True))
         (tmp_path / f"{name}.csv").write_text(f"Wavelength,Intensity\n{rows}")
-    (tmp_path / "certificate.csv").write_text("nm,uW/cm2/nm\n250,3\n600,3\n")
+    (tmp_path / "certificate.csv").write_text(
+        "Wellenlänge (µm);µW/cm2/nm;U (%)\n0,25;3,0;1,2\n0,6;3,0;1,2\n"
+    )
     return tmp_path
 
 
@@ -41,13 +43,30 @@ def test_a_lamp_makes_a_response_that_reduce_divides_out(labrun, lamp):
         (("lamp.csv",), "no spectrum has lines that tell a response"),
         (("lamp.csv", "--dark", "dark.csv"), "--dark needs --lamp"),
         (("lamp.csv", "--lamp", "lost.csv"), "lost.csv: No such file"),
-        (("lamp.csv", "--lamp", "empty.csv"), "empty.csv: it needs two columns of numbers"),
-        (("lamp.csv", "--lamp", "torn.csv"), "torn.csv: 'what,3' is not a wavelength and a number"),
+        (("lamp.csv", "--lamp", "empty.csv"), "empty.csv: the spectrum is empty: it has no row"),
+        (("lamp.csv", "--lamp", "torn.csv"), "torn.csv: line 3 is not two numbers: 'what,3'"),
+        (
+            ("lamp.csv", "--lamp", "none.csv"),
+            "none.csv: a certificate has two wavelengths or more, and a",
+        ),
+        (
+            ("full.csv", "--lamp", "certificate.csv"),
+            "full.csv: 1,501 channels are full; expose it for",
+        ),
+        (
+            ("lamp.csv", "full.csv", "--lamp", "certificate.csv"),
+            "full.csv: its wavelengths are not those of",
+        ),
     ],
 )
 def test_what_cannot_be_calibrated_is_said(labrun, lamp, words, told):
     (lamp / "empty.csv").write_text("nm,radiance\n")
-    (lamp / "torn.csv").write_text("nm,radiance\n250,3\nwhat,3\n")
+    (lamp / "torn.csv").write_text("nm,radiance\n250,3\nwhat,3\n300,3\n")
+    (lamp / "none.csv").write_text("nm,radiance\n250,3\n300,0\n")
+    rows = "".join(
+        f"{at / 10},{min(at, 5000) + at % 2 * (at < 5000)}\n" for at in range(3000, 6500)
+    )
+    (lamp / "full.csv").write_text(f"Wavelength,Intensity\n{rows}")
     done = labrun("calibrate", "response", *words)
 
     assert done.returncode == 2, done.stdout
