@@ -10,14 +10,15 @@ from pathlib import Path, PurePath
 from ..lines.formula import element_in
 
 PER_CENT = {
-    "wt %": 1.0, "wt%": 1.0, "wt.%": 1.0, "wt. %": 1.0, "mass %": 1.0, "%": 1.0, "g/kg": 0.1, "mg/g": 0.1,
+    "wt %": 1.0, "wt%": 1.0, "wt.%": 1.0, "wt. %": 1.0, "mass %": 1.0, "gew.-%": 1.0, "%": 1.0, "g/kg": 0.1,
+    "mg/g": 0.1,
     "ppm": 1e-4, "ug/g": 1e-4, "mg/kg": 1e-4, "ppb": 1e-7, "ug/kg": 1e-7,
 }  # fmt: skip
 UNITS = "wt %, g/kg, ppm, mg/kg, ppb"
 HEADING = re.compile(r"\s*([A-Za-z0-9]+)\s*(?:[(\[_,]?\s*([^)\]]+?)\s*[)\]]?)?\s*")
-TOTAL_IRON = re.compile(
-    r"(FeO|Fe2O3)[ _]?(?:\*|[Tt](?:ot)?)(?![a-z])"
-)  # as analyses of rocks head it
+# As analyses of rocks head it, and what else they have that is no concentration of an element.
+TOTAL_IRON = re.compile(r"(FeO|Fe2O3)[ _]?(?:\*|\(?[Tt](?:ot(?:al)?)?\)?)(?![a-z])")
+TOTAL = re.compile(r"(?:(?:MOC|oxides?) )?(?:total|sum|loi)(?:\W+(?:wt|mass|gew|%).*)?", re.I)
 CELL = re.compile(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
 MOST = 100.5  # wt %, of one element and of all
 MOST_WRITTEN = 103.0  # of oxides and elements as they are written: a good analysis may total 101
@@ -106,14 +107,15 @@ def read_standards(text: str, name: str) -> Standards:
     notes = [
         f"{c.heading}: wt % of {c.element} are {c.factor:.5g} times it"
         for c in columns if c.factor not in PER_CENT.values()
-    ]  # fmt: skip
+    ] + [f"{heading}: left aside" for heading in headings if TOTAL.fullmatch(heading)]  # fmt: skip
     return Standards(tuple(samples), tuple(notes))
 
 
 def _columns(headings: list[str], where: str, problems: list[str]) -> list[_Column]:
     found: list[_Column] = []
     for place, heading in enumerate(headings):
-        if heading.casefold() in ("sample", "file", "note", "notes", ""):
+        aside = heading.casefold() in ("sample", "file", "note", "notes", "")
+        if aside or TOTAL.fullmatch(heading):
             continue
         told = HEADING.fullmatch(TOTAL_IRON.sub(r"\1", heading))
         formula, unit = told.groups() if told else (heading, "")

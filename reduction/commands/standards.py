@@ -1,8 +1,10 @@
 """What `labrun calibrate standards` does: shots of standards in, curves and their file out."""
 
 import getpass
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from hashlib import sha256
@@ -90,10 +92,13 @@ def _text(table: Path) -> str:
     content = table.read_bytes()
     if content.startswith((_ZIP, _OLD_EXCEL)):
         raise ValueError(f"{table}: it is a workbook; save its sheet as CSV in UTF-8")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise ValueError(f"{table}: it is not text; save it as CSV in UTF-8") from None
+    marked = content.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
+    for encoding in ("utf-16",) if marked else ("utf-8-sig", "cp1252"):  # as spreadsheets save it
+        with suppress(UnicodeDecodeError):
+            text = content.decode(encoding)
+            if "\0" not in text:
+                return text
+    raise ValueError(f"{table}: it is not text; save it as CSV in UTF-8")
 
 
 _ZIP, _OLD_EXCEL = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"

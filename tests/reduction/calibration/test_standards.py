@@ -24,8 +24,10 @@ def test_units_and_oxides_become_wt_per_cent_of_the_element():
 
 
 @pytest.mark.parametrize(
-    "heading", ["Fe2O3T (wt %)", "Fe2O3t (wt %)", "Fe2O3* wt%", "Fe2O3tot (%)"]
-)
+    "heading",
+    ["Fe2O3T (wt %)", "Fe2O3t (wt %)", "Fe2O3* wt%", "Fe2O3tot (%)", "Fe2O3(T) wt.%", "Fe2O3 total (%)",
+     "Fe2O3_tot (Gew.-%)"],
+)  # fmt: skip
 def test_all_iron_as_one_oxide_is_headed_as_analyses_of_rocks_do(heading):
     found = read_standards(f"sample,{heading}\nBHVO-2,12.3\n", "s.csv")
 
@@ -37,6 +39,14 @@ def test_a_table_of_a_spreadsheet_with_decimal_commas_is_read():
 
     assert found.samples[0].wt_percent["K"] == pytest.approx(2.5 * 0.83014, rel=1e-4)
     assert found.samples[0].files == ("a_*.csv", "x.csv")
+
+
+def test_totals_and_what_a_rock_lost_when_it_glowed_are_no_elements():
+    text = "sample,K (%),MOC Total,LOI (wt %),Sum\nA,2.5,98.2,1.1,99.3\n"
+    found = read_standards(text, "s.csv")
+
+    assert found.samples[0].wt_percent == {"K": 2.5}
+    assert found.notes == ("MOC Total: left aside", "LOI (wt %): left aside", "Sum: left aside")
 
 
 def test_a_cell_may_say_the_unit_of_its_column_in_other_words():
@@ -53,6 +63,8 @@ def test_a_cell_may_say_the_unit_of_its_column_in_other_words():
         ("sample,Li\nA,1\n", "s.csv:1: column 'Li': it has no unit; write one of wt %,"),
         ("sample,Li (mol)\nA,1\n", "s.csv:1: column 'Li (mol)': the unit 'mol' is not known"),
         ("sample,Xy (ppm)\nA,1\n", "'Xy' is not an element"),
+        ("sample,Mn total (%)\nA,1\n", "the unit 'total (%' is not known"),
+        ("sample,Total Fe (ppm)\nA,1\n", "'Total' is not an element"),
         ("sample,Si (%),SiO2 (%)\nA,1,2\n", "column 'SiO2 (%)': Si has a column already"),
         ("sample,Li (wt %)\nA,120 ppm\n", "s.csv:2: Li (wt %): '120 ppm' is in another unit"),
         ("sample,Li (wt %)\nA,250\n", "250 wt % cannot be; is it in another unit?"),

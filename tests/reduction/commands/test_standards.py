@@ -174,7 +174,7 @@ def test_one_standard_calibrates_a_closure(labrun, tmp_path):
         ("sample,Li (ppm),K (wt %)\nS0,5,30 ppm\n", ("spectra/S0_0.csv",), "t.csv:2: K (wt %): '30 ppm'"),
         ("sample,Li (ppm)\nS0,0\nother,9\n", ("spectra/S0_0.csv", "unknown/other.csv"),
          "1,400 channels from 580.0 to 682.6"),
-        ("sample,Li (ppm)\nS0,0\n", ("lost.csv",), "lost.csv does not exist"),
+        ("sample,Li (µg/g)\nS0,0\n", ("lost.csv",), "lost.csv does not exist"),
         ("PK\x03\x04", ("spectra/S0_0.csv",), "t.csv: it is a workbook; save its sheet as CSV in UTF-8"),
         ("sample,Li (ppm)\nS0,0\n", ("spectra/S0_0.csv", "--line", "Li=600"), "no line of Li within 0.1 nm"),
         ("sample,Li (ppm)\nS0,0\n", ("spectra/S0_0.csv", "--line", "Li"), "write it as Li=610.36"),
@@ -197,7 +197,7 @@ def test_one_standard_calibrates_a_closure(labrun, tmp_path):
     ],
 )  # fmt: skip
 def test_what_cannot_be_calibrated_is_said(labrun, place, table, words, told):
-    (place / "t.csv").write_text(table)
+    (place / "t.csv").write_text(table, encoding="cp1252")
     done = labrun("calibrate", "standards", "t.csv", *words)
 
     assert done.returncode == 2, done.stdout
