@@ -59,6 +59,7 @@ LEAST_CLOSED = 0.5  # wt %: a closure is of what makes up a rock
 AT_LOD = 18  # shots of each series, of rocks that lack elements or have them at their LOD
 ASKED = asked_for([*MAJORS, *TRACES], None)
 WITHOUT = 0.1  # of the samples, for each trace
+NONE = 1e-9  # wt %: far too little for a line, so that all rocks have the same list of them
 REFERENCE_DEPTH = 8.0  # optical depth of the thickest line of a mean rock
 SPREAD = {"kelvin": 0.04, "electrons": 0.2, "column": 0.2, "shell": 0.06}
 SHOT, DRIFT, BRIGHTEST, CONTINUUM = 0.12, 0.10, 30_000.0, 300.0
@@ -76,32 +77,47 @@ def rock(rng: np.random.Generator) -> dict[str, float]:
 
 
 def shares_of(wt: dict[str, float]) -> dict[str, float]:
-    atoms = {name: one / WEIGHT[name] for name, one in wt.items() if one > 0}
+    atoms = {name: max(one, NONE) / WEIGHT[name] for name, one in wt.items()}
     atoms["O"] = (100 - sum(wt.values())) / WEIGHT["O"]
     total = sum(atoms.values())
     return {name: 0.92 * one / total for name, one in atoms.items()} | {"Ar": 0.075, "H": 0.005}
 
 
-def thickest(shares, zone: Zone) -> float:
+@dataclass(frozen=True, slots=True)
+class Scattered:
+    """Errors of transition probabilities, the same in all rocks: whole accuracy classes, of which `shine`
+    takes half."""
+
+    seed: int
+
+    def standard_normal(self, n: int) -> FloatArray:
+        return 2 * np.random.default_rng(self.seed).standard_normal(n)
+
+
+def thickest(shares, zone: Zone, off: Scattered | None) -> float:
     """Of its lines' optical depths for one column of atoms, arbitrary unit."""
     lines = lines_of(tuple(sorted(shares)))
     lines = lines.where((lines.nm > RANGE_NM[0] - 1) & (lines.nm < RANGE_NM[1] + 1))
     sigma, gamma = widths(lines, zone)
-    return float(np.max(opacity(lines, shares, zone) / (2.5 * sigma + 3.14 * gamma)))
+    depth = opacity(lines, shares, zone) / (2.5 * sigma + 3.14 * gamma)
+    if off is not None:
+        depth = depth * np.exp(0.5 * lines.uncertain * off.standard_normal(len(lines.nm)))
+    return float(np.max(depth))
 
 
 class Laboratory:
     """One instrument, and the light it has lost so far."""
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, scattered: bool = False) -> None:
         self.rng = np.random.default_rng(seed)
+        self.off = Scattered(10_000 + seed) if scattered else None
         axis = np.linspace(*RANGE_NM, CHANNELS)
         self.instrument = Instrument(
             axis, np.empty(0), np.array([0.02]), np.array([FWHM_NM]), "air", 0.0, 0.4, 6.0, 65_535.0, 1
         )  # fmt: skip
         mean = {name: float(np.mean(ends)) for name, ends in MAJORS.items()}
         mean |= {name: float(np.exp(np.mean(np.log(ends)))) for name, ends in TRACES.items()}
-        self.depth = REFERENCE_DEPTH / thickest(shares_of(mean), Zone(11_000, 1e17, 1.0))
+        self.depth = REFERENCE_DEPTH / thickest(shares_of(mean), Zone(11_000, 1e17, 1.0), self.off)
         self.scale = BRIGHTEST / float(self._light(mean, plain=True).max())
         self.measured = 0
 
@@ -113,8 +129,8 @@ class Laboratory:
         shell = 0.12 + (0.0 if plain else SPREAD["shell"] * self.rng.uniform(-1, 1))
         zones = (Zone(kelvin, electrons, 1 - shell), Zone(0.7 * kelvin, 0.3 * electrons, shell))
         shares = shares_of(wt)
-        depth = self.depth * draw("column") * thickest(shares, zones[0])
-        light = shine(shares, zones, RANGE_NM, depth, 1e-3, None)
+        depth = self.depth * draw("column") * thickest(shares, zones[0], self.off)
+        light = shine(shares, zones, RANGE_NM, depth, 1e-3, self.off)
         return see(light.nm, light.radiance, self.instrument)
 
     def shots(self, wt: dict[str, float], n: int, of: int) -> np.ndarray:
@@ -145,9 +161,11 @@ class Series:
         return reduce_spectrum(Spectrum(self.axis_nm, counts * self.response), ASKED)
 
 
-def measured(seed: int, n_standards: int, n_unknowns: int, n_shots: int, uneven: bool) -> Series:
+def measured(
+    seed: int, n_standards: int, n_unknowns: int, n_shots: int, uneven: bool, scattered: bool
+) -> Series:
     """Standards and unknowns, one series in a drawn order."""
-    laboratory = Laboratory(seed)
+    laboratory = Laboratory(seed, scattered)
     both = n_standards + n_unknowns
     rocks = [rock(laboratory.rng) for _ in range(both)]
     order = laboratory.rng.permutation(both)
@@ -222,6 +240,10 @@ def main() -> None:
     own.add_argument(
         "--unknown-response", action="store_true", help="measure with an uneven instrument"
     )
+    own.add_argument(
+        "--scattered", action="store_true",
+        help="the lines' true transition probabilities differ from the table's by its accuracy classes",
+    )  # fmt: skip
     asked = own.parse_args()
     print(f"{asked.standards} standards, {asked.unknowns} unknowns, {asked.shots} shots each")
     rows: dict[str, list[Row]] = {method: [] for method in asked.methods}
@@ -229,7 +251,12 @@ def main() -> None:
     for seed in asked.series:
         print(f"\nseries {seed}", flush=True)
         series = measured(
-            seed, asked.standards, asked.unknowns, asked.shots, asked.unknown_response
+            seed,
+            asked.standards,
+            asked.unknowns,
+            asked.shots,
+            asked.unknown_response,
+            asked.scattered,
         )
         for method in asked.methods:
             if method in CLOSED:
