@@ -1,7 +1,7 @@
 """Make a calibration of standards' shots: which signal and which curve, by leaving standards out."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
@@ -141,9 +141,7 @@ class _Whole:
             return few if self.always else by_line
         c = np.array([known[sample] for sample in samples])
         fitted = _latent().fit_pls([self.bins[sample] for sample in samples], c)
-        least_scatter = [np.full(len(one), LEAST_SCATTER * c.max()) for one in fitted.left_out]
-        floor, part = shot_scatter(fitted.left_out, least_scatter)
-        told = _curve(samples, c, fitted.left_out, floor, part, 1, LEAST_SLOPE, settled=True)
+        told = model_curve(samples, c, fitted)
         if isinstance(told, str):
             return told.partition(";")[0] if self.always else by_line
         curve, points = told
@@ -167,6 +165,27 @@ class _Whole:
             if value > limit
         ]
         return said, found
+
+
+def model_curve(
+    samples: list[str], c: FloatArray, fitted: Any
+) -> tuple[Curve, tuple[Point, ...]] | str:
+    """The model as a curve: what it reads is the concentration, with the error of standards left out.
+
+    A line through what it says of these would correct for less being known without them, which the model
+    of all does not need. Each component costs a degree of freedom, as of a fit (ASTM E1655).
+    """
+    least = [np.full(len(one), LEAST_SCATTER * c.max()) for one in fitted.left_out]
+    told = _curve(
+        samples, c, fitted.left_out, *shot_scatter(fitted.left_out, least), 1, LEAST_SLOPE
+    )
+    if isinstance(told, str):
+        return told
+    points = tuple(replace(point, cross_validated=point.signal) for point in told[1])
+    error = float(np.sqrt(np.mean([(point.signal - point.wt_percent) ** 2 for point in points])))
+    highest, none = float(c.max()), (0.0, 0.0)
+    freedom = max(len(c) - fitted.model.components - 1, 1)
+    return Curve(highest, (0.0, highest), (none, none), 0.0, 0.0, error, 0.0, freedom), points
 
 
 def _latent() -> Any:
@@ -299,11 +318,10 @@ def _curve(
     part: float,
     degree: int,
     least_slope: float,
-    settled: bool = False,
 ) -> tuple[Curve, tuple[Point, ...]] | str:
     mean = np.array([one.mean() for one in good])
     shots = np.array([len(one) for one in good], dtype=np.float64)
-    curve = fit_curve(c, mean, shots, floor, part, degree, settled)
+    curve = fit_curve(c, mean, shots, floor, part, degree)
     slope, error = curve.coefficients[1], curve.covariance[1][1] ** 0.5
     if slope < least_slope * error:
         return (

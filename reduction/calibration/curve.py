@@ -3,9 +3,7 @@
 The signal of a standard of concentration c is f(c) = b0 + b1 u + b2 u^2, u = c / the highest. It
 scatters from shot to shot (a floor, and a part of itself) and, beyond that, from standard to
 standard (matrix, self-absorption, drift: again a floor and a part of itself). The latter two are
-means over their restricted likelihood, so that few standards do not claim to scatter by nothing. For a
-curve that was chosen among many, whose standards therefore lie too close to it, they stay so; one that
-was not is `settled`: scaled until chi2 is its freedom, as Student's t expects of a standard deviation.
+means over their restricted likelihood, so that few standards do not claim to scatter by nothing.
 """
 
 from dataclasses import dataclass, replace
@@ -135,10 +133,9 @@ def quantile(part: float, freedom: int) -> float:
 
 def fit_curve(
     wt_percent: FloatArray, signal: FloatArray, shots: FloatArray, floor: float, part: float,
-    degree: int, settled: bool = False,
+    degree: int,
 ) -> Curve:  # fmt: skip
-    """The curve through standards' mean signals, all of shape (n,); floor, part: scatter of a shot.
-    settled: it is the only one that was tried."""
+    """The curve through standards' mean signals, all of shape (n,); floor, part: scatter of a shot."""
     highest = float(wt_percent.max())
     powers = np.vander(wt_percent / highest, degree + 1, increasing=True)
     f = np.maximum(signal, 0.0)
@@ -160,9 +157,6 @@ def fit_curve(
         weight = np.exp(likelihood - likelihood.max())
         weight /= weight.sum()
         excess, share = float(weight @ floors**2), float(weight @ parts**2)
-        if settled:
-            scale = _scale(own, excess + share * f**2, left[weight.argmax()], degree + 1)
-            excess, share = excess * scale, share * scale
         inverse = 1 / (own + excess + share * f**2)
         covariance = np.linalg.inv((powers.T * inverse) @ powers)
         beta = covariance @ (powers.T @ (inverse * signal))
@@ -171,19 +165,6 @@ def fit_curve(
         highest, tuple(beta.tolist()), tuple(map(tuple, covariance.tolist())), float(floor),
         float(part), excess**0.5, share**0.5, max(len(signal) - degree - 1, 1),
     )  # fmt: skip
-
-
-def _scale(own: FloatArray, more: FloatArray, left: FloatArray, coefficients: int) -> float:
-    """What variances beyond shots' own, (n,), are to be multiplied by for chi2 of what is left over to be
-    its freedom; 0 where shots explain all of it."""
-    freedom, low, high = max(len(left) - coefficients, 1), 0.0, 4.0
-    if not more.any() or np.sum(left**2 / np.maximum(own, 1e-300)) < freedom:
-        return 0.0
-    for _ in range(40):
-        middle = (low + high) / 2
-        above = np.sum(left**2 / (own + middle * more)) > freedom
-        low, high = (middle, high) if above else (low, middle)
-    return high
 
 
 def cross_validated(

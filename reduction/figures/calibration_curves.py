@@ -60,9 +60,14 @@ def _panel(figure: Figure, name: str, one: ElementCalibration, left: float, bott
     top.set_title(f"{name} {_signal(one)}", fontsize=SMALL, pad=3)
     below.axhline(0.0, color=INK, linewidth=0.5)
     below.plot(c, [p.cross_validated - p.wt_percent for p in points], "o", color=ALONE)
-    leverage = curve.leverage(c, np.array([float(p.shots) for p in points]))
-    lever.plot(c, leverage, "o", color=ALONE, markersize=3)
-    lever.axhline(HIGH * leverage.mean(), color=QUIET, linewidth=0.6, linestyle=":")
+    if one.pls is None:
+        leverage = curve.leverage(c, np.array([float(p.shots) for p in points]))
+        lever.plot(c, leverage, "o", color=ALONE, markersize=3)
+        lever.axhline(HIGH * leverage.mean(), color=QUIET, linewidth=0.6, linestyle=":")
+    else:
+        lever.text(
+            0.5, 0.5, "T² of spectra", transform=lever.transAxes, ha="center", fontsize=SMALL
+        )
     lever.set_ylim(0.0, 1.05)
     for axes in (top, below, lever):
         axes.yaxis.set_label_coords(-0.24, 0.5)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from labrun.reduction.calibration.calibrate import model_curve
 from labrun.reduction.calibration.latent import fit_likeness, fit_pls
 from labrun.reduction.calibration.multivariate import unpacked
 
@@ -47,6 +48,20 @@ def test_a_standard_is_left_out_with_all_its_shots(standards):
 
     assert second.left_out[last] == pytest.approx(first.left_out[last])
     assert second.model.coefficients != first.model.coefficients
+
+
+def test_a_model_is_read_as_it_is_with_the_error_of_standards_that_were_left_out(standards):
+    known, spectra = standards
+    c = known[:, 0]
+    fitted = fit_pls(spectra, c)
+    curve, points = model_curve([str(k) for k in range(len(c))], c, fitted)
+    off = [one.mean() - true for one, true in zip(fitted.left_out, c, strict=True)]
+    told = curve.read(1.2, shots=3)
+
+    assert told.wt_percent == pytest.approx(1.2, abs=1e-3)
+    assert told.error == pytest.approx(np.sqrt(np.mean(np.square(off))), rel=0.06)  # Student's t
+    assert curve.freedom == len(c) - fitted.model.components - 1
+    assert [p.cross_validated - p.wt_percent for p in points] == pytest.approx(off)
 
 
 def test_importance_is_where_the_element_is(standards):
