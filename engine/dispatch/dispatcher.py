@@ -47,6 +47,7 @@ class Dispatcher:
         self.run = run
         self.clients = clients
         self.out_of_touch_s = out_of_touch_s
+        self._limit = f"{out_of_touch_s:g} s (`start_timeout`)"
         self.wake = asyncio.Event()
         self.paused = False
         self.disk_full: str = ""
@@ -336,7 +337,6 @@ class Dispatcher:
     def _away(self) -> dict[str, float]:
         """Devices with a state that are out of touch, and until when they are waited for."""
         now, used = self.run.clock.now(), self.run.history.boots
-        limit = f"{self.out_of_touch_s:g} s (`start_timeout`)"
         for device, client in self.clients.items():
             until = self._out_of_touch.get(device)
             if client.in_touch or device not in self._lasting or device not in used:
@@ -344,12 +344,12 @@ class Dispatcher:
             elif until is None:
                 self._out_of_touch[device] = now + self.out_of_touch_s
                 self.run.log(
-                    f"{device} is out of reach: until it is back, and for {limit} at most, no "
-                    "action that must not be repeated begins on other devices"
+                    f"{device} is out of reach: until it is back, and for {self._limit} at most, "
+                    "no action that must not be repeated begins on other devices"
                 )
             elif until and until <= now:
                 self._out_of_touch[device] = 0.0
-                self.run.log(f"{device} is not back after {limit}; going on without it")
+                self.run.log(f"{device} is not back after {self._limit}; going on without it")
         away = {device: until for device, until in self._out_of_touch.items() if until}
         for until in away.values():
             self.run.requests.wake_at(until)

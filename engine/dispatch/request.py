@@ -12,6 +12,7 @@ from ..journal.past import PastGoal
 from ..lab.bind import BoundRole
 from ..run.reservations import Reservation
 
+SORTED = json.JSONEncoder(sort_keys=True)
 CANCELED_BEFORE_SENDING = Outcome(
     state="CANCELED",
     result=None,
@@ -76,7 +77,7 @@ class Request:
 def means(role: BoundRole, action_name: str, params: dict[str, Any]) -> str:
     """The hash over contract, role, action and resolved parameters that the journal keeps."""
     what = [role.contract.type, role.role, action_name, params]
-    return sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:16]
+    return sha256(SORTED.encode(what).encode()).hexdigest()[:16]
 
 
 def outcome_of(past: PastGoal) -> Outcome:

@@ -16,12 +16,12 @@ def encode(value: Any) -> Any:
     """A value as plain JSON data."""
     if type(value) in PLAIN:
         return value
+    if isinstance(value, Mapping):
+        return {str(key): encode(item) for key, item in value.items()}
     if is_quantity(value):
         return {QUANTITY_KEY: [value.magnitude, f"{value.units:~}"]}
     if isinstance(value, datetime):
         return {MOMENT_KEY: value.isoformat()}
-    if isinstance(value, Mapping):
-        return {str(key): encode(item) for key, item in value.items()}
     if isinstance(value, Sequence) and not isinstance(value, str | bytes):
         return [encode(item) for item in value]
     if value is None or isinstance(value, str | int | float | bool):

@@ -70,14 +70,16 @@ class Journal:
             raise JournalFault(f"cannot start the journal {path}: {fault.strerror}") from fault
 
     def append(self, record: R) -> R:
-        """Put a record into the buffer, and return it with its number, time and hash."""
+        """Put a record into the buffer; it gets its number, time and hash, and is returned."""
         self.count += 1
         at = datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
         rest = record.model_dump_json(exclude={"n", "at", "hash"}, exclude_none=True)
         body = f'{{"n":{self.count},"at":"{at}",{rest[1:-1]}'
         self._hash = chain(self._hash, body)
         self._lines.append(f'{body},"hash":"{self._hash}"}}\n')
-        return record.model_copy(update={"n": self.count, "at": at, "hash": self._hash})
+        # Filled in, not copied: nobody has it before it is in the journal.
+        vars(record).update(n=self.count, at=at, hash=self._hash)
+        return record
 
     def flush(self) -> None:
         """Make every record appended so far durable; raises DiskFull if there is no space.

@@ -10,6 +10,9 @@ from .argument import fit, plain, validator
 from .suggest import did_you_mean, listed
 from .wanted import ArgumentFault, Wanted
 
+EACH = {"type", "properties", "required", "additionalProperties"}
+"""Rules of an action's parameters that are kept where each of them fits, and all are there."""
+
 
 class ArgumentFaults(ValueError):
     """Everything that is wrong with the arguments of one action."""
@@ -98,6 +101,9 @@ def _example(name: str, action: Action) -> str:
 
 def _whole(action: Action, resolved: dict[str, Any], label: str) -> list[ArgumentFault]:
     """Faults of the parameters as a whole, such as `minProperties`."""
+    others = action.params.get("additionalProperties", False)
+    if action.params.keys() <= EACH and isinstance(others, bool):
+        return []  # each of them fits, none is missing, and none is unknown
     found = []
     for fault in validator(action.params).iter_errors(resolved):
         if fault.absolute_path:
