@@ -120,7 +120,7 @@ class ControlServer:
         finally:
             self._watchers.discard(queue)
             if not self._watchers:
-                self.run.listeners.pop(self.publish, None)
+                self.run.unlisten(self.publish)
 
 
 def _values(asked: dict[str, Any]) -> dict[str, str]:

@@ -67,8 +67,8 @@ class Run:
     clock: RunClock = field(default_factory=RunClock)
     past: Past = field(default_factory=Past)
     """What the tree under way found done when it was planted."""
-    listeners: dict[Listener, Collection[EventKind]] = field(default_factory=dict)
-    """Who is told what happens, and of what."""
+    listeners: dict[EventKind, tuple[Listener, ...]] = field(default_factory=dict)
+    """Of what kind of event anybody is told, and who."""
     requests: Requests = field(default_factory=Requests)
     finals: DueFinals = field(default_factory=DueFinals)
     open_uses: dict[str, OpenUse] = field(default_factory=dict)
@@ -128,18 +128,26 @@ class Run:
 
     def listen(self, listener: Listener, kinds: Collection[EventKind] = KINDS) -> None:
         """Tell a watcher from now on what happens of these kinds."""
-        self.listeners[listener] = kinds
+        for kind in kinds:
+            self.listeners[kind] = (*self.listeners.get(kind, ()), listener)
+
+    def unlisten(self, listener: Listener) -> None:
+        """Tell a watcher nothing more."""
+        for kind, told in list(self.listeners.items()):
+            if left := tuple(one for one in told if one != listener):
+                self.listeners[kind] = left
+            else:
+                del self.listeners[kind]
 
     def is_heard(self, event: EventKind) -> bool:
         """Whether a watcher wants events of this kind."""
-        return any(event in kinds for kinds in self.listeners.values())
+        return event in self.listeners
 
     def tell(
         self, event: EventKind, path: str = "", state: str = "", text: str = "", **data: Any
     ) -> None:
         """Notify the watchers; the run does not depend on it."""
-        listeners = [one for one, kinds in self.listeners.items() if event in kinds]
-        if listeners:
+        if listeners := self.listeners.get(event):
             at = datetime.now(UTC).isoformat(timespec="milliseconds")
             told = Event(
                 event=event, at=at, path=path, state=state, text=text, data=encode(data)
@@ -155,7 +163,7 @@ class Run:
             pass
         except Exception:  # whatever is wrong with a watcher, nothing of the run depends on it
             LOG.exception("a watcher of the run failed at %r; it hears nothing more", told.event)
-        self.listeners.pop(listener, None)  # or dropped already by what it made the run tell
+        self.unlisten(listener)
 
     def log(self, text: str, path: str = "") -> None:
         """A line for the screen."""
