@@ -23,11 +23,11 @@ MANY = 0.02  # of the channels; more are no accident
 
 
 def taken_apart(
-    nm: FloatArray, counts: FloatArray
+    nm: FloatArray, shots: FloatArray
 ) -> tuple[IntArray, list[tuple[float, float]], bool]:
     """Channels to keep, ascending; the overlaps in nm; and whether others are left in one another.
 
-    nm: ascending, shape (n,). counts: of each, (n,). Each detector is used up to the middle of an
+    nm: ascending, shape (n,). shots: counts, (s, n). Each detector is used up to the middle of an
     overlap; where both show as much light, all are kept.
     """
     every = np.arange(len(nm))
@@ -37,6 +37,7 @@ def taken_apart(
     rounding = _rounding(nm)
     if rounding * FINE > np.median(np.diff(nm)):
         return every, [], False
+    counts = np.nan_to_num(shots).mean(axis=0)
     kept, overlaps, done, tried = np.ones(len(nm), bool), [], 0, 0
     alike = np.zeros(len(nm), bool)
     for at in short.tolist():

@@ -107,7 +107,7 @@ def _ascending(nm: FloatArray, counts: FloatArray, notes: list[str]) -> Shots:
             notes.append(f"{len(stacked)} spectra stand one below the other")
             return stacked
         nm, counts = _sorted(nm, counts, notes)
-    kept, overlaps, more = taken_apart(nm, np.nan_to_num(counts).mean(axis=0))
+    kept, overlaps, more = taken_apart(nm, counts)
     if overlaps:
         where = ", ".join(f"{a:.1f} to {b:.1f}" for a, b in overlaps)
         notes.append(
@@ -231,6 +231,9 @@ def _stacked(nm: FloatArray, counts: FloatArray) -> Shots | None:
 
 def _with_light(shots: Shots) -> Shots:
     """Without shots of one value throughout. Raises Unreadable if none is left."""
+    begins = shots.intensity[:, :2]
+    if np.isfinite(begins).all() and np.all(begins[:, 0] != begins[:, -1]):
+        return shots
     low = np.where(np.isfinite(shots.intensity), shots.intensity, np.inf).min(axis=1)
     high = np.where(np.isfinite(shots.intensity), shots.intensity, -np.inf).max(axis=1)
     level = (low > high) | (low == high) & ((low == 0) | (shots.intensity.shape[1] > 2))

@@ -39,18 +39,18 @@ def sharing(intensity: FloatArray) -> float:
     n = (len(intensity) - 6) // BLOCK
     if n < LEAST_BLOCKS:
         return 0.0
-    chosen = (
-        3 + np.arange(0, n, ONE_IN if n > MANY_BLOCKS else 1)[:, None] * BLOCK + np.arange(BLOCK)
-    )
-    middle = 2.0 * intensity[chosen]
-    near = _size(intensity, chosen, middle, 1)
+    y, one_in = intensity, ONE_IN if n > MANY_BLOCKS else 1
+    # At `lag` channels from the chosen ones.
+    chosen = {lag: y[lag + 3 :][: n * BLOCK].reshape(n, BLOCK)[::one_in] for lag in range(-3, 4)}
+    middle = 2.0 * chosen[0]
+    near = _size(chosen, middle, 1)
     least = 1e-12 * (float(np.max(np.abs(middle))) or 1.0)
     return max(
-        float(quantile(_size(intensity, chosen, middle, lag) / np.maximum(near, least), QUIET))
+        float(quantile(_size(chosen, middle, lag) / np.maximum(near, least), QUIET))
         for lag in (2, 3)
     )
 
 
-def _size(y, chosen, middle, lag):
-    size = np.abs(y[chosen - lag] - middle + y[chosen + lag])
+def _size(chosen, middle, lag):
+    size = np.abs(chosen[-lag] - middle + chosen[lag])
     return np.partition(size, BLOCK // 2, axis=1)[:, BLOCK // 2]

@@ -72,9 +72,9 @@ def _pairs(text: bytes, dialect: Dialect, decimal: str) -> FloatArray:
     """Two columns, shape (2, n)."""
     from .parse import pairs  # compiled: kept out of the import of this file
 
-    n_most = text.count(b"\n", dialect.begin) + 1
-    table = np.empty((2, n_most))
     array = np.frombuffer(text, dtype=np.uint8)
+    n_most = np.count_nonzero(array[dialect.begin :] == ord("\n")) + 1
+    table = np.empty((2, n_most))
     at, n = dialect.begin, 0
     while True:
         at, n = pairs(array, at, table[0], table[1], n)
