@@ -5,16 +5,16 @@ const known = formOf({ bench: 'LIBS', operators: ['Ada'], step_sizes_mm: [1, 5],
 
 it('writes each list on lines of its own', () => {
   expect(known).toEqual({
-    bench: 'LIBS', operators: 'Ada', sizes: '1 5', byHand: 120, checklists: [{ danger: 'laser', lines: 'Lid closed?' }, { danger: 'motion', lines: '' }],
+    bench: 'LIBS', operators: 'Ada', sizes: '1 5', byHand: '120', checklists: [{ danger: 'laser', lines: 'Lid closed?' }, { danger: 'motion', lines: '' }],
   })
 })
 
 it('keeps the edited fields and takes the others when settings arrive', () => {
   const form = { ...known, operators: 'Ada\nBo', checklists: [{ danger: 'laser', lines: 'Goggles?' }, { danger: 'motion', lines: '' }] }
-  const now = { bench: 'New', operators: 'Cy', sizes: '2', byHand: 600, checklists: [{ danger: 'laser', lines: 'Key out?' }, { danger: 'motion', lines: 'Clear?' }] }
+  const now = { bench: 'New', operators: 'Cy', sizes: '2', byHand: '600', checklists: [{ danger: 'laser', lines: 'Key out?' }, { danger: 'motion', lines: 'Clear?' }] }
 
   expect(kept(form, known, now)).toEqual({
-    bench: 'New', operators: 'Ada\nBo', sizes: '2', byHand: 600, checklists: [{ danger: 'laser', lines: 'Goggles?' }, { danger: 'motion', lines: 'Clear?' }],
+    bench: 'New', operators: 'Ada\nBo', sizes: '2', byHand: '600', checklists: [{ danger: 'laser', lines: 'Goggles?' }, { danger: 'motion', lines: 'Clear?' }],
   })
 })
 

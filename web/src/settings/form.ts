@@ -1,14 +1,14 @@
 /** The bench's settings as text that a person edits. */
 import type { Settings } from '../api/types'
 
-export interface Form { bench: string; operators: string; sizes: string; byHand: number; checklists: { danger: string; lines: string }[] }
+export interface Form { bench: string; operators: string; sizes: string; byHand: string; checklists: { danger: string; lines: string }[] }
 
 export function formOf(settings: Pick<Settings, 'bench' | 'operators' | 'step_sizes_mm' | 'by_hand_s' | 'checklists'>): Form {
   return {
     bench: settings.bench,
     operators: settings.operators.join('\n'),
     sizes: settings.step_sizes_mm.join(' '),
-    byHand: settings.by_hand_s,
+    byHand: String(settings.by_hand_s),
     checklists: Object.entries(settings.checklists).map(([danger, lines]) => ({ danger, lines: lines.join('\n') })),
   }
 }

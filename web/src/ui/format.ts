@@ -44,6 +44,22 @@ export function number(value: number, digits = 3): string {
   return String(Number(value.toFixed(digits))).replace('-', '−')
 }
 
+/** A typed number as programs read it, with or without a unit: `-0.5 mm` of `−0,5 mm`. */
+export function pointed(text: string): string {
+  return text.trim().replace(/^−/, '-').replace(/^([-+]?\d*),(\d+(?:e[-+]?\d+)?\s*(?:[^\s,\d][^,]*)?)$/i, '$1.$2')
+}
+
+/** Whether the text is a number and nothing else. */
+export function isNumber(text: string): boolean {
+  return /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(text) && Number.isFinite(Number(text))
+}
+
+/** The number that is typed; null if it is none. */
+export function typedNumber(text: string): number | null {
+  const plain = pointed(text)
+  return isNumber(plain) ? Number(plain) : null
+}
+
 /** A number as it was measured, without the noise of its last binary digit. */
 export function exact(value: number): string {
   return String(Number.isInteger(value) ? value : Number(value.toPrecision(15)))

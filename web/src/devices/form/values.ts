@@ -1,4 +1,5 @@
 // What a person typed as values for the server, or the reason why not.
+import { isNumber, pointed } from '../../ui/format'
 import type { Field } from './fields'
 import { type Schema } from './schema'
 
@@ -9,8 +10,7 @@ export interface Taken {
   faults: Record<string, string>
 }
 
-const PLAIN = /^[-+−]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i
-const WITH_UNIT = /^[-+−]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*[^\d\s.,+-].*$/i
+const WITH_UNIT = /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*[^\d\s.,+-].*$/i
 
 /** Every field; empty ones are left out. Numbers may have their own unit: `2 cm`. */
 export function valuesOf(fields: readonly Field[], typed: Typed, least = 0): Taken {
@@ -34,7 +34,7 @@ function valueOf(field: Field, given: string | boolean): [unknown, string] {
   switch (field.kind) {
     case 'number':
     case 'integer':
-      return numberOf(field, text.replace('−', '-'))
+      return numberOf(field, pointed(text))
     case 'choice':
       return [field.schema.enum?.[field.choices.indexOf(text)], '']
     case 'json':
@@ -45,9 +45,8 @@ function valueOf(field: Field, given: string | boolean): [unknown, string] {
 }
 
 function numberOf(field: Field, text: string): [unknown, string] {
-  const plain = text.replace(/^(\S*\d),(\d+)$/, '$1.$2')
-  if (PLAIN.test(plain)) {
-    const value = Number(plain)
+  if (isNumber(text)) {
+    const value = Number(text)
     return [value, outside(field, value)]
   }
   if (field.unit !== '' && WITH_UNIT.test(text)) return [text, ''] // the server knows units

@@ -4,7 +4,7 @@ import { conditionOf, lookedAt, shownRight, writtenCondition, writtenRight } fro
 
 test('what a form reads, it writes as it was', () => {
   for (const text of [
-    '${{ status.oven.temperature > 950 degC }}', '${{ not status.leak.wet }}', '${{ ready }}', "${{ answer == 'go on or stop' }}", '${{ turn < 4 and steps.read.ph <= 7.2 }}',
+    '${{ status.oven.temperature > 950 degC }}', '${{ not status.leak.wet }}', '${{ ready }}', "${{ answer == 'go on or stop' }}", '${{ answer == "it\'s this or that" or a }}', '${{ turn < 4 and steps.read.ph <= 7.2 }}',
     '${{ steps.look.samples[0].area >= 2.5e-3 mm }}', '${{ a or not b or c != d }}', "${{ kind != 'salt and pepper' and n == -1 }}", '${{ status.pump.flow < 3 mL/min }}',
   ]) {
     const condition = conditionOf(text)
@@ -23,7 +23,9 @@ test('a typed number gets the unit of what it is compared with, a text its quote
   expect(writtenRight('950', { kind: 'number', unit: 'degC' })).toBe('950 degC')
   expect(writtenRight('', { kind: 'number', unit: 'degC' })).toBe('0 degC')
   expect(writtenRight('950 K', { kind: 'number', unit: 'degC' })).toBe('950 K')
-  expect(writtenRight("it's", { kind: 'text', unit: '' })).toBe("'its'")
+  expect(['7,5', '−3'].map((typed) => writtenRight(typed, { kind: 'number', unit: 'mm' }))).toEqual(['7.5 mm', '-3 mm'])
+  expect(writtenRight("it's", { kind: 'text', unit: '' })).toBe('"it\'s"')
+  expect(shownRight('"it\'s"')).toBe("it's")
   expect(writtenRight('', undefined)).toBe('0')
   expect(shownRight("'go on'")).toBe('go on')
 })

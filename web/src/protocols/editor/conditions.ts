@@ -1,9 +1,10 @@
 // A condition as a form: `${{ status.oven.temperature > 950 degC and not status.leak.wet }}`, and how it is written.
+import { isNumber, pointed } from '../../ui/format'
 import { isMap, type Path } from '../text/path'
 import { paramsOf, schemaSource, source, sourcesAt, type Source } from './around'
-import { innerOf } from '../text/calls'
+import { innerOf, unquoted } from '../text/calls'
 import type { Contracts } from './contracts'
-import { isNumber, type Field } from './fields'
+import type { Field } from './fields'
 import { namesIn } from './names'
 
 export type Comparison = 'is' | 'not' | '<' | '<=' | '>' | '>=' | '==' | '!='
@@ -34,8 +35,14 @@ const CLAUSE = new RegExp(`^(?:(not) )?(${NAME})(?: (<=|>=|==|!=|<|>) (${VALUE})
 export function conditionOf(value: unknown): Condition | null {
   const text = innerOf(value)
   if (text === null) return null
-  const join = / or (?=(?:[^']*'[^']*')*[^']*$)/.test(text) ? 'or' : 'and'
-  const clauses = text.split(new RegExp(` ${join} (?=(?:[^']*'[^']*')*[^']*$)`)).map(clauseOf)
+  const bare = text.replace(/'[^']*'|"[^"]*"/g, (quoted) => '_'.repeat(quoted.length))
+  const join = bare.includes(' or ') ? 'or' : 'and'
+  let at = 0
+  const clauses = bare.split(` ${join} `).map(({ length }) => {
+    const clause = clauseOf(text.slice(at, at + length))
+    at += length + join.length + 2
+    return clause
+  })
   const found: Condition = { join, clauses: clauses.filter((one) => one !== null) }
   return found.clauses.length === clauses.length && writtenCondition(found) === `\${{ ${text} }}` ? found : null
 }
@@ -54,14 +61,14 @@ export function writtenCondition({ join, clauses }: Condition): string {
 /** What is typed beside a comparison, as an expression has it: with its unit, or in quotes. */
 export function writtenRight(typed: string, source: Pick<Source, 'kind' | 'unit'> | undefined): string {
   const text = typed.trim()
-  if (source?.kind === 'text') return `'${text.replace(/['\\]/g, '')}'`
-  const given = text || '0'
+  if (source?.kind === 'text') return /['\\]/.test(text) ? JSON.stringify(text) : `'${text}'`
+  const given = pointed(text) || '0'
   return isNumber(given) && source && source.unit !== '' ? `${given} ${source.unit}` : given
 }
 
 /** How the right side is shown in a field: a text without its quotes. */
 export function shownRight(right: string): string {
-  return /^'([^']*)'$/.exec(right)?.[1] ?? right
+  return unquoted(right) ?? right
 }
 
 export function comparisonsOf(kind: Field['kind'] | undefined): [Comparison, string][] {

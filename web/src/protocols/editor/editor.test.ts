@@ -54,6 +54,17 @@ describe('fields', () => {
     expect(asValue('  ', 'text')).toBe(undefined)
     expect([asValue('true', 'truth'), asValue('false', 'truth')]).toEqual([true, false])
     expect(asText(['Li', 'K'])).toBe('Li, K')
+    expect(['−5', '−2,5 um'].map((text) => asValue(text, 'number', 'mm'))).toEqual(['-5 mm', '-2.5 um'])
+  })
+
+  test.each([[['A', 'B, C', ' D ', 'say "x"', '', 3]], [['007', '1E5', '12345678901234567', 7, 0.5, -2]], [['7', '1e-3', '[x]']]])('a list is given back as it was: %j', (list) => {
+    expect(asValue(asText(list), 'list')).toEqual(list)
+  })
+
+  test('what is typed into a list is one item between two commas; a name of digits is no number, and among texts none is', () => {
+    expect(asValue('007, 1E5, 12345678901234567, 0.50, "a, b", "7"', 'list')).toEqual(['007', '1E5', '12345678901234567', 0.5, 'a, b', '7'])
+    expect(asValue('1, 2', 'list', '', true)).toEqual(['1', '2'])
+    expect(asText(['1', '2'], true)).toBe('1, 2')
   })
 })
 

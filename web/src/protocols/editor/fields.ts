@@ -1,4 +1,5 @@
 // A field of a form from a contract's schema: what it accepts, shows and writes.
+import { isNumber, pointed } from '../../ui/format'
 import { isMap } from '../text/path'
 
 export interface Field {
@@ -11,6 +12,8 @@ export interface Field {
   placeholder: string
   /** Expressions are not allowed here. */
   plain?: boolean
+  /** A list of texts: `007` is no number. */
+  texts?: boolean
 }
 
 type Schema = Record<string, unknown>
@@ -31,7 +34,7 @@ function fieldOf(name: string, part: Schema, required: boolean): Field {
   const unit = typeof part['unit'] === 'string' ? part['unit'] : ''
   const told = typeof part['description'] === 'string' ? part['description'] : ''
   const fallback = part['default'] === undefined ? '' : `${String(part['default'] as string | number)} ${unit}`.trim()
-  return { name, kind, unit, choices, required, about: [told, rangeText(part)].filter(Boolean).join(' · '), placeholder: fallback || unit }
+  return { name, kind, unit, choices, required, about: [told, rangeText(part)].filter(Boolean).join(' · '), placeholder: fallback || unit, texts: isMap(part['items']) && part['items']['type'] === 'string' }
 }
 
 /** `0–730 mm`, `more than 0 mm`, `1 or more`. */
@@ -47,29 +50,39 @@ export function rangeText(part: Schema): string {
 }
 
 /** A value as text in a field. */
-export function asText(value: unknown): string {
+export function asText(value: unknown, texts = false): string {
   if (value === undefined || value === null) return ''
-  if (Array.isArray(value)) return value.every((one) => typeof one !== 'object') ? value.map(String).join(', ') : JSON.stringify(value)
+  if (Array.isArray(value)) return value.every((one) => typeof one !== 'object') ? value.map((one) => itemText(one, texts)).join(', ') : JSON.stringify(value)
   return typeof value === 'object' ? JSON.stringify(value) : String(value as string | number | boolean)
 }
 
 /** The typed text as a value: empty is `undefined`, and a bare number gets the field's unit. */
-export function asValue(written: string, kind: Field['kind'], unit = ''): unknown {
+export function asValue(written: string, kind: Field['kind'], unit = '', texts = false): unknown {
   const text = written.trim()
   if (text === '') return undefined
   if (text.includes('${{')) return text
   if (kind === 'truth') return text === 'true' || text === 'on' || (text === 'false' || text === 'off' ? false : text)
-  if (kind === 'list') return text.replace(/^\[|\]$/g, '').split(',').map((one) => one.trim()).filter(Boolean).map((one) => (isNumber(one) ? Number(one) : one))
+  if (kind === 'list') return (text.replace(/^\[|\]$/g, '').match(/\s*"(?:[^"\\]|\\.)*"\s*(?=,|$)|[^,]+/g) ?? []).map((one) => one.trim()).filter(Boolean).map((one) => itemOf(one, texts))
   const number = pointed(text)
   if (kind === 'number' && isNumber(number)) return unit === '' ? Number(number) : `${number} ${unit}`
   return kind === 'number' ? number : text
 }
 
-/** `0.5 mm` of `0,5 mm`. */
-export function pointed(text: string): string {
-  return text.replace(/^([-+]?\d*),(\d+(?:[eE][-+]?\d+)?\s*[^\s,\d]*)$/, '$1.$2')
+/** `007`, `1E5` and twenty digits name something: as numbers they would be something else. */
+function itemOf(text: string, texts: boolean): unknown {
+  if (/^".*"$/.test(text)) {
+    try {
+      return JSON.parse(text)
+    } catch {
+      return text
+    }
+  }
+  const plain = pointed(text)
+  return !texts && isNumber(plain) && !/^[-+]?0\d|\de\d|\d{16}/i.test(plain) ? Number(plain) : text
 }
 
-export function isNumber(text: string): boolean {
-  return /^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$/.test(text)
+/** In quotes where it would be read as something else. */
+function itemText(item: unknown, texts: boolean): string {
+  const text = String(item)
+  return typeof item === 'string' && (text === '' || text !== text.trim() || /[",[\]]/.test(text) || itemOf(text, texts) !== text) ? JSON.stringify(text) : text
 }

@@ -30,10 +30,10 @@ export const OF_KIND: Record<StepKind, StepField[]> = {
   while: [field('max', 'At most', 'number', 'How often at most; then the step fails')],
   if: [],
   use: [field('use', 'Protocol', 'text', 'Its file, relative to this one', { ...NEEDED, ...PLAIN })],
-  steps: [field('reserve', 'Keeps for itself', 'list', 'Devices that no other steps use meanwhile, separated by commas', { ...PLAIN, ...RARE })],
+  steps: [field('reserve', 'Keeps for itself', 'list', 'Devices that no other steps use meanwhile, separated by commas', { texts: true, ...PLAIN, ...RARE })],
   confirm: [field('confirm', 'Text', 'text', 'A person confirms before anything else happens', NEEDED)],
-  ask: [field('ask', 'Question', 'text', '', NEEDED), field('choices', 'Choices', 'list', 'Separated by commas', { ...NEEDED, ...PLAIN })],
-  wait: [field('wait', 'How long', 'text', 'Such as 5 s or 2 min', NEEDED)],
+  ask: [field('ask', 'Question', 'text', '', NEEDED), field('choices', 'Choices', 'list', 'Separated by commas', { texts: true, ...NEEDED, ...PLAIN })],
+  wait: [field('wait', 'How long', 'number', 'Such as 5 s or 2 min', { unit: 's', ...NEEDED })],
   set: [],
   require: [],
   log: [field('log', 'Text', 'text', 'A line on the screen and in the journal', NEEDED)],
@@ -51,18 +51,18 @@ export const CONDITION: Partial<Record<StepKind, StepField>> = {
   require: field('require', 'What must be true', 'text', 'The run fails here unless it is', NEEDED),
 }
 export const WATCHED = field('when', 'What is watched', 'text', 'An expression', NEEDED)
-export const EVERY = field('every', 'Looked at every', 'text', 'Such as 5 s', { placeholder: 'change', ...PLAIN })
-export const STALE = field('stale', 'Too old after', 'text', 'Such as 10 s', { placeholder: '3 × as long, 5 s or more', ...PLAIN })
+export const EVERY = field('every', 'Looked at every', 'number', 'Such as 5 s', { unit: 's', placeholder: 'change', ...PLAIN })
+export const STALE = field('stale', 'Too old after', 'number', 'Such as 10 s', { unit: 's', placeholder: '3 × as long, 5 s or more', ...PLAIN })
 
 /** Fields of every step. */
 export const WHEN = field('when', 'Only if', 'text', 'An expression; if it is false, the step is skipped')
 export const ID = field('id', 'Id', 'text', 'Other steps refer to its result as steps.ID', PLAIN)
 export const NAME = field('name', 'Name', 'text', 'Shown instead of what it does', PLAIN)
-export const TIMEOUT = field('timeout', 'At most', 'text', 'Such as 30 s; after that the step fails', { placeholder: 'no limit', ...PLAIN })
+export const TIMEOUT = field('timeout', 'At most', 'number', 'Such as 30 s; after that the step fails', { unit: 's', placeholder: 'no limit', ...PLAIN })
 export const MODE = field('mode', 'Mode', 'choice', 'background: the next step starts without waiting', { choices: ['background'], ...PLAIN })
 export const UNKNOWN = field('on_unknown', 'If it is unknown whether it happened', 'choice', '', { choices: ['probe', 'ask', 'skip', 'repeat'], ...PLAIN })
 export const ATTEMPTS = field('attempts', 'Attempts in total', 'number', '', { placeholder: '1', ...PLAIN })
-export const WAIT = field('wait', 'Wait between', 'text', 'Such as 2 s', { placeholder: '0 s', ...PLAIN })
+export const WAIT = field('wait', 'Wait between', 'number', 'Such as 2 s', { unit: 's', placeholder: '0 s', ...PLAIN })
 export const MAX_FAILED = field('max_failed', 'May fail', 'number', 'How many may fail before the loop fails', { placeholder: 'any', ...PLAIN })
 export const IN_A_ROW = field('in_a_row', 'In a row', 'number', 'How many in a row may fail before the loop fails', { placeholder: 'any', ...PLAIN })
 

@@ -1,5 +1,6 @@
 // Parameters of a protocol as fields: what is typed, what it must be, what is sent.
 import type { Received } from '../../api/types'
+import { isNumber, pointed, typedNumber } from '../../ui/format'
 
 export type ParamForm = Received<'ParamForm'>
 
@@ -21,16 +22,15 @@ function withoutUnit(text: string, unit: string | null): string {
   return suffix && text.endsWith(suffix) ? text.slice(0, -suffix.length) : text
 }
 
-const NUMBER = /^[+-]?(\d+([.,]\d*)?|[.,]\d+)(e[+-]?\d+)?$/i
-
 /** What is sent for what was typed: a bare number gets its unit, a decimal comma becomes a point. */
 export function sent(param: ParamForm, typed: string): unknown {
   const text = typed.trim()
   if (param.type === 'string') return typed
   if (param.type === 'boolean') return text === 'true'
-  const number = NUMBER.test(text) ? text.replace(',', '.') : null
-  if (param.type === 'quantity') return number !== null && param.unit ? `${number} ${param.unit}` : text
-  return number === null ? text : Number(number)
+  if (param.type === 'array') return text
+  const plain = pointed(text)
+  if (param.type === 'quantity') return isNumber(plain) && param.unit ? `${plain} ${param.unit}` : plain
+  return isNumber(plain) ? Number(plain) : text
 }
 
 /** The error in the typed text; empty if the server is to judge. */
@@ -40,8 +40,8 @@ export function fault(param: ParamForm, typed: string): string {
   if (param.type === 'string')
     return param.pattern && !new RegExp(param.pattern, 'u').test(typed) ? `must match ${param.pattern}` : ''
   if (param.type !== 'quantity' && param.type !== 'number' && param.type !== 'integer') return ''
-  if (!NUMBER.test(text)) return param.type === 'quantity' ? '' : 'enter a number'
-  const number = Number(text.replace(',', '.'))
+  const number = typedNumber(text)
+  if (number === null) return param.type === 'quantity' ? '' : 'enter a number'
   if (param.type === 'integer' && !Number.isInteger(number)) return 'enter a whole number'
   const [low, high] = [bound(param, param.minimum), bound(param, param.maximum)]
   if (low !== null && number < low) return `at least ${low}${unitWords(param)}`
@@ -62,8 +62,7 @@ function unitWords(param: ParamForm): string {
 }
 
 function bound(param: ParamForm, value: unknown): number | null {
-  const text = shown(param, value)
-  return NUMBER.test(text) ? Number(text) : null
+  return typedNumber(shown(param, value))
 }
 
 /** Only what differs from the defaults is sent; an empty field is left at its default. */
