@@ -238,6 +238,10 @@ describe('the editor', () => {
       await page.getByRole('button', { name: words, exact: true }).click()
     }
     await add('For each')
+    await step.getByLabel('To x').press('Control+a')
+    await step.getByLabel('To x').pressSequentially('14,0', { delay: 80 })
+    await page.keyboard.press('Tab')
+    await expect.poll(() => step.getByLabel('To x').inputValue()).toBe('14.0 mm')
     await step.getByLabel('To x').fill('14')
     await page.keyboard.press('Tab')
     await step.getByLabel('Pitch').fill('4')
@@ -449,6 +453,18 @@ finally:
     await page.keyboard.press('Enter')
 
     expect(await textOf(page)).toMatch(/- do: gantry\.\w+/)
+
+    // What is written out is still offered: Enter ends the line, and a key without a value begins a block.
+    await page.keyboard.press('Control+a')
+    const lines = ['labrun: 1', 'name: complete', 'devices:', 'gantry: gantry@1', 'libs: libs_analyzer@1']
+    for (const line of lines) {
+      await page.keyboard.type(line, { delay: 80 })
+      if (line.includes('@')) await list.getByRole('option', { name: line.split(' ')[1] ?? '' }).waitFor()
+      await page.waitForTimeout(100)
+      await page.keyboard.press('Enter')
+    }
+
+    expect((await textOf(page)).trimEnd()).toBe('labrun: 1\nname: complete\ndevices:\n  gantry: gantry@1\n  libs: libs_analyzer@1')
 
     await page.keyboard.press('Escape')
     await page.keyboard.press('Tab')

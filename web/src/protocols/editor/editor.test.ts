@@ -1,5 +1,7 @@
 // The small parts of the editor: fixes, fields, context of the caret, merging, moves, line breaks.
+import { getIndentation, IndentContext } from '@codemirror/language'
 import { Text } from '@codemirror/state'
+import { EditorView } from '@codemirror/view'
 import { describe, expect, test } from 'vitest'
 import { withoutBreaks } from './breaks'
 import { contextAt } from './context'
@@ -8,6 +10,7 @@ import { fixOf } from './fixes'
 import { compare, merged } from './merge'
 import { moveOf, placeAfter } from './moves'
 import { fileOf } from './used'
+import { stateOf } from './view'
 import { lastOfAll } from '../text/edit'
 
 describe('fixes come from the checker’s messages', () => {
@@ -147,4 +150,19 @@ test('line breaks of Windows come back, a mixture stays as it is', () => {
 test('a used protocol is found from the file that uses it', () => {
   expect(fileOf('night/all.yaml', './scan.yaml')).toBe('night/scan.yaml')
   expect(fileOf('night/all.yaml', '../scan.yaml')).toBe('scan.yaml')
+})
+
+test('what is pasted has the line breaks of the editor, wherever it was copied', () => {
+  const state = stateOf('', { save: () => undefined, fix: () => false }, [])
+
+  expect(state.facet(EditorView.clipboardInputFilter).reduce((text, filter) => filter(text, state), 'a\r\nb\rc\n')).toBe('a\nb\nc\n')
+})
+
+test.each([
+  ['devices:', 2], ['    with:', 6], ['  - foreach:', 6], ['steps:  ', 2],
+])('the line after “%s” begins at column %i', (line, column) => {
+  const state = stateOf(`labrun: 1\n${line}`, { save: () => undefined, fix: () => false }, [])
+  const at = state.doc.length
+
+  expect(getIndentation(new IndentContext(state, { simulateBreak: at }), at)).toBe(column)
 })

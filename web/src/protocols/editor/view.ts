@@ -1,7 +1,7 @@
 // The text editor: CodeMirror with what a protocol needs, and nothing else.
 import { defaultKeymap, history, historyKeymap, indentWithTab, redo, undo } from '@codemirror/commands'
 import { yaml } from '@codemirror/lang-yaml'
-import { bracketMatching, foldGutter, foldKeymap, HighlightStyle, indentOnInput, indentUnit, syntaxHighlighting } from '@codemirror/language'
+import { bracketMatching, foldGutter, foldKeymap, HighlightStyle, indentOnInput, indentService, indentUnit, syntaxHighlighting } from '@codemirror/language'
 import { lintGutter, lintKeymap, nextDiagnostic, previousDiagnostic } from '@codemirror/lint'
 import { Compartment, EditorState, type Extension } from '@codemirror/state'
 import { drawSelection, EditorView, highlightActiveLine, highlightActiveLineGutter, keymap, lineNumbers } from '@codemirror/view'
@@ -42,6 +42,12 @@ const LOOK = EditorView.theme({
   '.cm-matchingBracket': { backgroundColor: 'var(--picked) !important', color: 'inherit !important' },
 })
 
+/** Below a key that ends its line: further in than the key, which may stand behind a dash. */
+const WITHIN = indentService.of((context, at) => {
+  const key = context.simulatedBreak === at ? /^((?:\s|- )*)[^\s#].*:\s*$/.exec(context.lineAt(at, -1).text) : null
+  return key ? (key[1]?.length ?? 0) + 2 : undefined
+})
+
 /** A long day of edits: the first of them can still be undone. */
 const UNDOABLE = 10_000
 
@@ -75,7 +81,7 @@ export function stateOf(doc: string, bindings: Keys, more: Extension): EditorSta
     doc,
     extensions: [
       more, EditorState.lineSeparator.of('\n'), EditorView.lineWrapping, lineNumbers(), highlightActiveLineGutter(), foldGutter(), lintGutter(), history({ minDepth: UNDOABLE }), drawSelection(),
-      indentOnInput(), bracketMatching(), highlightActiveLine(), yaml(), indentUnit.of('  '), syntaxHighlighting(COLOURS), LOOK, escapeThenTab(), keys(bindings),
+      indentOnInput(), bracketMatching(), highlightActiveLine(), yaml(), indentUnit.of('  '), WITHIN, EditorView.clipboardInputFilter.of((pasted) => pasted.replace(/\r\n?/g, '\n')), syntaxHighlighting(COLOURS), LOOK, escapeThenTab(), keys(bindings),
       EditorView.contentAttributes.of({ 'aria-label': 'Protocol YAML', tabindex: '0' }), writable.of([]),
     ],
   })
