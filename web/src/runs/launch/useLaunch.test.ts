@@ -36,3 +36,26 @@ test('a form is checked once, and again only when something else is typed', asyn
   expect(launch?.looking.value).toBe(false)
   scope.stop()
 })
+
+test('a check that does not come is asked for again, and what is typed stays', async () => {
+  vi.useFakeTimers()
+  let down = false
+  vi.stubGlobal('fetch', (request: Request) => {
+    const what = new URL(request.url).pathname.split('/')[3] ?? ''
+    return down && what === 'check' ? Promise.reject(new TypeError('Failed to fetch')) : Promise.resolve(Response.json(ANSWERS[what]))
+  })
+  const scope = effectScope()
+  const launch = scope.run(() => useLaunch(() => 'a.yaml'))
+  await vi.advanceTimersByTimeAsync(1_000)
+  down = true
+  if (launch) launch.typed['pitch'] = '0,75'
+  await vi.advanceTimersByTimeAsync(1_000)
+
+  expect([launch?.failure.value === '', launch?.checked.value?.ok, launch?.params.value]).toEqual([false, true, { pitch: '0.75 mm' }])
+
+  down = false
+  await vi.advanceTimersByTimeAsync(6_000)
+
+  expect([launch?.failure.value, launch?.typed['pitch']]).toEqual(['', '0,75'])
+  scope.stop()
+})

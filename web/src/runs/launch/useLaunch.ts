@@ -1,11 +1,12 @@
 // What a protocol asks before it runs: its form, the result of its check, how long it will take.
-import { computed, reactive, ref, shallowRef, watch } from 'vue'
+import { computed, onScopeDispose, reactive, ref, shallowRef, watch } from 'vue'
 import { api, read } from '../../api/client'
 import { Refused, sentenceOf } from '../../api/refused'
 import type { Problem, Settings, Received } from '../../api/types'
 import { chosen, fault, shown, shownDefault } from './params'
 
 const WAIT_MS = 300
+const AGAIN_MS = 5_000
 type Checked = Received<'CheckedText'>
 type Preview = Received<'Preview'>
 
@@ -32,6 +33,8 @@ export function useLaunch(protocol: () => string) {
   }))
 
   async function open(): Promise<void> {
+    asked++
+    clearTimeout(timer)
     failure.value = ''
     checked.value = preview.value = null
     for (const name of Object.keys(typed)) Reflect.deleteProperty(typed, name)
@@ -59,9 +62,14 @@ export function useLaunch(protocol: () => string) {
       checked.value = told.params.length || !checked.value ? told : { ...told, params: checked.value.params, roles: checked.value.roles, hazards: checked.value.hazards }
       problems.value = told.problems
       fill()
-      preview.value = told.ok ? (await read(api.POST('/api/v1/preview', { body: body.value }))) : null
+      const seen = told.ok ? (await read(api.POST('/api/v1/preview', { body: body.value }))) : null
+      if (mine !== asked) return
+      preview.value = seen
+      failure.value = ''
     } catch (fault) {
-      if (mine === asked && !(fault instanceof Refused && fault.status === 422)) failure.value = sentenceOf(fault)
+      if (mine !== asked || (fault instanceof Refused && fault.status === 422)) return
+      failure.value = sentenceOf(fault)
+      timer = setTimeout(() => void look(), AGAIN_MS)
     } finally {
       if (mine === asked) looking.value = false
     }
@@ -93,5 +101,6 @@ export function useLaunch(protocol: () => string) {
     if (text.value && wrong.value.length === 0) timer = setTimeout(() => void look(), WAIT_MS)
   })
   watch(protocol, () => void open(), { immediate: true })
+  onScopeDispose(() => clearTimeout(timer))
   return { text, checked, preview, settings, problems, failure, looking, typed, bind, params, wrong, defaults }
 }
