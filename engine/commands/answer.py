@@ -4,8 +4,7 @@ from typing import Annotated
 
 import typer
 
-from .checked_protocol import name_values
-from .options import RUNS, Runs
+from .options import RUNS, Runs, pairs
 from .resume import RunName
 from .run_control import tell_run
 
@@ -26,5 +25,4 @@ def answer(
     runs: Runs = RUNS,
 ) -> None:
     """Answer an open question of a run."""
-    values = name_values(result, "-r")
-    tell_run(runs, run, verb="answer", id=id, choice=choice, values=values)
+    tell_run(runs, run, verb="answer", id=id, choice=choice, values=pairs(result, "-r"))

@@ -15,8 +15,8 @@ from ...drivers.cameras.vision.pictures import (
     read_picture,
     same_picture_size,
 )
-from .camera_options import board_size, length_mm, needs_vision, stop
-from .options import say
+from .camera_options import board_size, length_mm, needs_vision
+from .options import fail, say
 
 if TYPE_CHECKING:
     import numpy as np
@@ -77,7 +77,7 @@ def calibrate_camera(
             fit = fit_lens(greys, asked)
     except (LensFault, PictureFault) as fault:
         _name_left_out(unread)
-        stop(str(fault))
+        fail(str(fault))
     fit.left_out.update(unread)
     if output is not None:
         _write(output, fit)
@@ -104,9 +104,9 @@ def _files(images: list[Path]) -> list[Path]:
         try:
             inside = sorted(one for one in path.iterdir() if one.suffix.lower() in PICTURES)
         except OSError as fault:
-            stop(f"{path} cannot be read: {fault.strerror}")
+            fail(f"{path} cannot be read: {fault.strerror}")
         if not inside:
-            stop(f"{path} holds no pictures ({', '.join(PICTURES)})")
+            fail(f"{path} holds no pictures ({', '.join(PICTURES)})")
         found += inside
     return list(dict.fromkeys(found))
 
@@ -138,7 +138,7 @@ def _write(output: Path, fit: LensFit) -> None:
     try:
         write_camera(output, fit.camera, words)
     except OSError as fault:
-        stop(f"{output} cannot be written: {fault.strerror}; name another file with -o")
+        fail(f"{output} cannot be written: {fault.strerror}; name another file with -o")
 
 
 def _tell(fit: LensFit, *, to_stderr: bool) -> None:

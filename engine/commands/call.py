@@ -17,7 +17,7 @@ import typer
 from ...system.signals import on_end
 from ..exit_status import CTRL_C, FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
 from ..lab.lab import LoadedLab
-from .options import RUNS, Lab, WrongUsage, pairs, say, usable_lab
+from .options import RUNS, Lab, WrongUsage, fail, pairs, say, usable_lab
 from .status import status_words
 
 if TYPE_CHECKING:
@@ -48,11 +48,9 @@ def call(
         given = {n: typed(text, schemas.get(n, {})) for n, text in pairs(params, "").items()}
         arguments = fitted(loaded, device, name, given)
     except (WrongUsage, ArgumentFaults) as fault:
-        say(str(fault).strip())
-        raise typer.Exit(PROBLEMS) from None
+        fail(str(fault).strip())
     if found.danger and not yes and not _armed(action, found.danger):
-        say(f"{action} is dangerous ({found.danger}); `--yes` confirms it")
-        raise typer.Exit(PROBLEMS)
+        fail(f"{action} is dangerous ({found.danger}); `--yes` confirms it")
     raise typer.Exit(asyncio.run(_call(loaded, device, name, arguments)))
 
 

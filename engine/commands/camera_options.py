@@ -1,14 +1,10 @@
 """Options that the commands about cameras share, and how their values are read."""
 
 import re
-from typing import NoReturn
-
-import typer
 
 from ...schemas.quantity import UnitError, magnitude_in, parse_quantity
 from ...system.extras import missing
-from ..exit_status import PROBLEMS
-from .options import say
+from .options import fail
 
 BOARD = re.compile(r"(\d{1,2}) ?[xX×] ?(\d{1,2})")
 
@@ -16,7 +12,7 @@ BOARD = re.compile(r"(\d{1,2}) ?[xX×] ?(\d{1,2})")
 def needs_vision() -> None:
     """End the command with the line that adds what it works with, if that is not installed."""
     if (why := missing("vision")) is not None:
-        stop(why)
+        fail(why)
 
 
 def board_size(text: str) -> tuple[int, int]:
@@ -24,7 +20,7 @@ def board_size(text: str) -> tuple[int, int]:
     found = BOARD.fullmatch(text.strip())
     columns, rows = (int(part) for part in found.groups()) if found else (0, 0)
     if not (3 <= columns <= 30 and 3 <= rows <= 30):
-        stop(f"--board {text}: write columns x rows of inner corners, 3 to 30 each: --board 9x6")
+        fail(f"--board {text}: write columns x rows of inner corners, 3 to 30 each: --board 9x6")
     return columns, rows
 
 
@@ -36,9 +32,9 @@ def length_mm(text: str, option: str, *, above_zero: bool = False) -> float:
         try:
             value = float(magnitude_in(parse_quantity(text), "mm"))
         except (UnitError, ValueError) as fault:
-            stop(f'{option} {text}: {fault}; write a length: {option} "25 mm"')
+            fail(f'{option} {text}: {fault}; write a length: {option} "25 mm"')
     if value != value or abs(value) > 1e6 or (above_zero and value <= 0):
-        stop(f'{option} {text}: write a length{" above 0" if above_zero else ""}: {option} "25 mm"')
+        fail(f'{option} {text}: write a length{" above 0" if above_zero else ""}: {option} "25 mm"')
     return value
 
 
@@ -46,20 +42,14 @@ def pair_of_numbers(text: str, option: str, unit: str | None = None) -> tuple[fl
     """`640,360` as two numbers; with a unit also `100 mm,300 mm`."""
     parts = text.split(",")
     if len(parts) != 2:
-        stop(f"{option} {text}: write two numbers separated by a comma: {option} 640,360")
+        fail(f"{option} {text}: write two numbers separated by a comma: {option} 640,360")
     if unit is not None:
         first, second = (length_mm(part.strip(), option) for part in parts)
         return first, second
     try:
         first, second = float(parts[0]), float(parts[1])
     except ValueError:
-        stop(f"{option} {text}: write two numbers separated by a comma: {option} 640,360")
+        fail(f"{option} {text}: write two numbers separated by a comma: {option} 640,360")
     if not (abs(first) < 1e6 and abs(second) < 1e6):
-        stop(f"{option} {text}: write two numbers separated by a comma: {option} 640,360")
+        fail(f"{option} {text}: write two numbers separated by a comma: {option} 640,360")
     return first, second
-
-
-def stop(sentence: str) -> NoReturn:
-    """Print the sentence and end the command with status 2."""
-    say(sentence)
-    raise typer.Exit(PROBLEMS)

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ..exit_status import FAILED, PROBLEMS
-from .options import RUNS, Params, Runs, WrongUsage, pairs, say
+from .options import RUNS, Params, Runs, fail, failing_on, pairs, run_folder, say
 from .resume import By, RunName, hold_against
 
 File = Annotated[
@@ -29,15 +29,11 @@ def change(
     from ...system.process import user_name
     from ..control.server import NotLive, ask_run
     from ..journal.journal import JournalFault
-    from ..run.folder import FolderFault, find_run
+    from ..run.folder import FolderFault
 
-    try:
-        params = pairs(param, "-p")
-        folder = find_run(runs, run)
+    params, folder = pairs(param, "-p"), run_folder(runs, run)
+    with failing_on(FolderFault, JournalFault):
         _show(folder, file, params, yes=yes)
-    except (FolderFault, JournalFault, WrongUsage) as fault:
-        say(str(fault))
-        raise typer.Exit(PROBLEMS) from None
     if not yes and not _agrees():
         say("nothing was changed; add --yes to change it")
         return
@@ -49,11 +45,12 @@ def change(
     try:
         ok, text = ask_run(folder, request, timeout_s=None)
     except NotLive:
-        say(f"{folder.name} has ended meanwhile; `labrun resume` continues it as its journal says")
-        raise typer.Exit(FAILED) from None
+        fail(
+            f"{folder.name} has ended meanwhile; `labrun resume` continues it as its journal says",
+            FAILED,
+        )
     if not ok:
-        say(text)
-        raise typer.Exit(PROBLEMS)
+        fail(text)
     typer.echo(text)
 
 
@@ -65,12 +62,12 @@ def _show(folder: Path, file: Path | None, params: dict[str, str], *, yes: bool)
     from ..runner.change import check_copy
 
     if not is_live(folder):
-        say(
-            f"{folder.name} is not running; `labrun resume {folder.name} --changed FILE` changes it"
+        fail(
+            f"{folder.name} is not running; `labrun resume {folder.name} --changed FILE` changes it",
+            FAILED,
         )
-        raise typer.Exit(FAILED)
     if file is None and not params:
-        raise WrongUsage("give the changed protocol, or a parameter with -p NAME=VALUE")
+        fail("give the changed protocol, or a parameter with -p NAME=VALUE")
     records = list(Records(folder / "journal.jsonl"))
     checked, _ = check_copy(newest_copies(folder, read_history(records)), file, params)
     if not checked.ok:

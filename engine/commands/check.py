@@ -5,9 +5,8 @@ from typing import Annotated
 
 import typer
 
-from ..exit_status import PROBLEMS
 from .check_files import check_files
-from .options import Bind, Lab, Params, WrongUsage, pairs, say
+from .options import Bind, Lab, Params, fail, pairs
 
 FORMATS = ("text", "json", "github")
 Files = Annotated[
@@ -20,11 +19,7 @@ def check(
     files: Files, lab: Lab = None, bind: Bind = None, param: Params = None, format: Format = "text"
 ) -> None:
     """Check protocols against the lab's devices; show every problem and where it is."""
-    try:
-        roles, params = pairs(bind, "--bind"), pairs(param, "-p")
-        if format not in FORMATS:
-            raise WrongUsage(f"--format {format}: choose {', '.join(FORMATS)}")
-    except WrongUsage as fault:
-        say(str(fault))
-        raise typer.Exit(PROBLEMS) from None
+    roles, params = pairs(bind, "--bind"), pairs(param, "-p")
+    if format not in FORMATS:
+        fail(f"--format {format}: choose {', '.join(FORMATS)}")
     raise typer.Exit(check_files(files, lab=lab, bind=roles, params=params, format=format))

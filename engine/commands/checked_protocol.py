@@ -12,35 +12,36 @@ from ..exit_status import PROBLEMS
 from ..language.suggest import did_you_mean, listed
 from ..problems.print import print_problems
 from ..survey.survey import Survey
-from .options import WrongUsage, pairs, say
+from .options import fail, pairs
+
+HIDING = ("E1", "E208", "E209", "E21", "E22")
+"""What hides the meaning of a protocol: its shape, its devices, its parameters."""
 
 
 def checked_file(
     file: Path, lab: Path | None, bind: list[str] | None, param: list[str] | None,
-    *, needed: bool = True, json: bool = False,
+    *, needed: bool = True, json: bool = False, as_far_as_understood: bool = False,
 ) -> Checked:  # fmt: skip
-    """The checked protocol; problems go to stderr, and an error ends the command with status 2."""
-    roles, params = name_values(bind, "--bind"), name_values(param, "-p")
+    """The checked protocol; problems go to stderr, and an error ends the command with status 2.
+
+    `as_far_as_understood`: only an error that hides what the protocol means does so. Points outside
+    the bench are exactly what a preview should show.
+    """
+    roles, params = pairs(bind, "--bind"), pairs(param, "-p")
     checked = check_file(file, lab=lab, bind=roles, params=params, needed=needed)
     if checked.problems:
         print_problems(checked.problems, format="json" if json else "text", file=sys.stderr)
-    if not checked.ok:
+    errors = [one.code for one in checked.problems if one.severity == "error"]
+    if as_far_as_understood:
+        errors = [code for code in errors if code.startswith(HIDING)]
+    if errors or checked.protocol is None:
         raise typer.Exit(PROBLEMS)
     return checked
 
 
-def name_values(texts: list[str] | None, option: str) -> dict[str, str]:
-    """`NAME=VALUE` options as a dictionary; one in another form ends the command."""
-    try:
-        return pairs(texts, option)
-    except WrongUsage as fault:
-        say(str(fault))
-        raise typer.Exit(PROBLEMS) from None
-
-
 def fitting_answers(texts: list[str] | None, checked: Checked) -> dict[str, str]:
     """`--answer ID=CHOICE` as a dictionary; one that no question could take ends the command."""
-    answers = name_values(texts, "--answer")
+    answers = pairs(texts, "--answer")
     assert checked.survey is not None
     steps = [at.step for survey in _all_surveys(checked.survey) for at in survey.steps]
     ids = {step.id for step in steps if step.id is not None}
@@ -52,14 +53,12 @@ def fitting_answers(texts: list[str] | None, checked: Checked) -> dict[str, str]
             for one in (step.choices if isinstance(step, Ask) else CONFIRM_CHOICES)
         }
         if name not in ids and not name.isdigit():
-            say(f"--answer {name}={choice}: no step has the id {name!r}{did_you_mean(name, ids)}")
-            raise typer.Exit(PROBLEMS)
+            fail(f"--answer {name}={choice}: no step has the id {name!r}{did_you_mean(name, ids)}")
         if asked and choice not in choices:
             guess = did_you_mean(choice, choices)
-            say(
+            fail(
                 f"--answer {name}={choice}: {choice!r} is not among {listed(sorted(choices))}{guess}"
             )
-            raise typer.Exit(PROBLEMS)
     return answers
 
 

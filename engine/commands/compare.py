@@ -6,8 +6,7 @@ from typing import Annotated
 
 import typer
 
-from ..exit_status import PROBLEMS
-from .options import RUNS, Runs, say
+from .options import RUNS, Runs, fail, run_folder
 
 Names = Annotated[
     list[str],
@@ -21,16 +20,10 @@ Json = Annotated[bool, typer.Option("--json", help="Print it as JSON.")]
 def compare(names: Names, runs: Runs = RUNS, json: Json = False) -> None:
     """Show parameters, protocol lines, outcomes, values, times and failures of runs side by side."""
     from ..index.comparison import MOST, compare_runs
-    from ..run.folder import FolderFault, find_run
 
     if not 2 <= len(names) <= MOST:
-        say(f"name two to {MOST} runs; `labrun runs` lists them")
-        raise typer.Exit(PROBLEMS)
-    try:
-        made = compare_runs([find_run(runs, name) for name in names])
-    except FolderFault as fault:
-        say(str(fault))
-        raise typer.Exit(PROBLEMS) from None
+        fail(f"name two to {MOST} runs; `labrun runs` lists them")
+    made = compare_runs([run_folder(runs, name) for name in names])
     if json:
         told = {**asdict(made), "runs": [entry.run for entry in made.runs]}
         typer.echo(jsonlib.dumps(told, indent=1))

@@ -6,9 +6,8 @@ from typing import Annotated, Any
 import typer
 
 from ...schemas.contract import Action, Contract
-from ..exit_status import PROBLEMS
 from ..lab.lab import LoadedLab
-from .options import Lab, say, usable_lab
+from .options import Lab, fail, usable_lab
 
 ASK_S = 3.0
 """How long a device server may take to say how its devices are."""
@@ -27,8 +26,7 @@ def devices(
         return
     found = loaded.lab.devices.get(device)
     if found is None:
-        say(f"no device {device!r} in this lab; it has {', '.join(loaded.lab.devices)}")
-        raise typer.Exit(PROBLEMS)
+        fail(f"no device {device!r} in this lab; it has {', '.join(loaded.lab.devices)}")
     _actions(loaded.contracts[found.contract])
 
 

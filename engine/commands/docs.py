@@ -4,8 +4,7 @@ from typing import Annotated
 
 import typer
 
-from ..exit_status import PROBLEMS
-from .options import say
+from .options import fail, say
 
 NoBrowser = Annotated[
     bool, typer.Option("--no-browser", help="Print where it is, and open nothing.")
@@ -20,8 +19,7 @@ def docs(no_browser: NoBrowser = False) -> None:
 
     index = DOCS / "index.html"
     if not index.is_file():
-        say(f"the manual is not in this installation: {HOW_DOCS}")
-        raise typer.Exit(PROBLEMS)
+        fail(f"the manual is not in this installation: {HOW_DOCS}")
     print(index)
     if not no_browser and not webbrowser.open(index.as_uri()):
         say("no browser was found; open that file in one")

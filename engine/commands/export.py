@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from ..exit_status import FAILED, PROBLEMS
-from .options import RUNS, Runs, say
+from ..exit_status import FAILED
+from .options import RUNS, Runs, fail, failing_on, run_folder
 from .resume import RunName
 
 To = Annotated[
@@ -22,20 +22,16 @@ def export(run: RunName, to: To, out: Out = None, runs: Runs = RUNS) -> None:
     """Write a run as a file of another format; the run's folder stays as it is."""
     from ..export.formats import SUFFIXES, ExportFault, formats
     from ..language.suggest import did_you_mean, listed
-    from ..run.folder import FolderFault, find_run
+    from ..run.folder import FolderFault
 
     known = formats()
     if to not in known:
-        say(f"--to: there is no format {to}{did_you_mean(to, known)}; there is {listed(known)}")
-        raise typer.Exit(PROBLEMS)
+        fail(f"--to: there is no format {to}{did_you_mean(to, known)}; there is {listed(known)}")
     try:
-        folder = find_run(runs, run)
+        folder = run_folder(runs, run)
         place = out if out is not None else Path(f"{folder.name}.{SUFFIXES.get(to, to)}")
-        known[to]()(folder, place)
-    except (FolderFault, ExportFault) as fault:
-        say(str(fault))
-        raise typer.Exit(PROBLEMS) from None
+        with failing_on(FolderFault, ExportFault):
+            known[to]()(folder, place)
     except OSError as fault:
-        say(f"{fault.filename or out or to} cannot be written: {fault.strerror}")
-        raise typer.Exit(FAILED) from None
+        fail(f"{fault.filename or out or to} cannot be written: {fault.strerror}", FAILED)
     typer.echo(f"made {place} ({place.stat().st_size / 1e6:.1f} MB)")

@@ -5,17 +5,15 @@ from typing import Annotated
 
 import typer
 
-from ..exit_status import PROBLEMS
 from ..views.forecast import outlook
 from ..views.graph.dot import dot
 from ..views.graph.mermaid import MOST_EDGES, edges, mermaid
 from ..views.graph.tree import phases
 from .checked_protocol import checked_file
-from .options import Bind, Lab, Params, say
+from .options import Bind, File, Lab, Params, fail, say
 
 WRITERS = {"mermaid": mermaid, "dot": dot}
 SUFFIXES = {".mmd": "mermaid", ".mermaid": "mermaid", ".md": "mermaid", ".dot": "dot", ".gv": "dot"}
-File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
 Format = Annotated[
     str | None,
     typer.Option(
@@ -50,22 +48,19 @@ def graph(
     try:
         output.write_text(text, encoding="utf-8")
     except OSError as fault:
-        say(f"{output} cannot be written: {fault.strerror or fault}")
-        raise typer.Exit(PROBLEMS) from None
+        fail(f"{output} cannot be written: {fault.strerror or fault}")
     print(output)
 
 
 def _format(format: str | None, output: Path | None) -> str:
     """The requested format, or that of the file's suffix."""
     if output is not None and output.suffix.lower() in (".svg", ".png", ".pdf"):
-        say(
+        fail(
             f"-o {output}: write the tree as text, then let Graphviz draw it: "
             f"labrun graph FILE -o tree.dot, then dot -T{output.suffix[1:]} tree.dot -o {output}"
         )
-        raise typer.Exit(PROBLEMS)
     if format is None:
         return SUFFIXES.get(output.suffix.lower(), "mermaid") if output is not None else "mermaid"
     if format not in WRITERS:
-        say(f"--format {format}: choose mermaid or dot")
-        raise typer.Exit(PROBLEMS)
+        fail(f"--format {format}: choose mermaid or dot")
     return format

@@ -5,8 +5,8 @@ from typing import Annotated
 import typer
 from pydantic import ValidationError
 
-from ..exit_status import FAILED, PROBLEMS
-from .options import RUNS, Runs, say
+from ..exit_status import FAILED
+from .options import RUNS, Runs, fail, run_folder
 from .resume import RunName
 
 Sample = Annotated[str | None, typer.Option("--sample", help="What it was measured on.")]
@@ -21,23 +21,17 @@ def label(
 ) -> None:
     """Give a run a sample, tags or a note, or show them; nothing that it measured changes."""
     from ...schemas.model import first_fault
-    from ..run.folder import FolderFault, find_run
     from ..run.labels import labelled, read_labels, write_labels
 
     try:
-        folder = find_run(runs, run)
+        folder = run_folder(runs, run)
         made = labelled(read_labels(folder), sample=sample, tags=tag or [], note=note)
         if (sample, tag, note) != (None, None, None):
             write_labels(folder, made)
-    except FolderFault as fault:
-        say(str(fault))
-        raise typer.Exit(PROBLEMS) from None
     except ValidationError as fault:
-        say(first_fault(fault))
-        raise typer.Exit(PROBLEMS) from None
+        fail(first_fault(fault))
     except OSError as fault:
-        say(f"the labels of {run} cannot be written: {fault.strerror}")
-        raise typer.Exit(FAILED) from None
+        fail(f"the labels of {run} cannot be written: {fault.strerror}", FAILED)
     tags = " ".join(made.tags)
     typer.echo(
         f"{folder.name}: sample {made.sample or '-'}; tags {tags or '-'}; note {made.note or '-'}"

@@ -14,7 +14,8 @@ from ...drivers.cameras.vision.camera_file import read_cameras
 from ...drivers.cameras.vision.pictures import PictureFault, read_depth, read_picture
 from ...drivers.cameras.vision.view import DepthView, StereoView, View
 from ...drivers.driver import ActionFailed
-from .camera_options import board_size, length_mm, needs_vision, pair_of_numbers, stop
+from .camera_options import board_size, length_mm, needs_vision, pair_of_numbers
+from .options import fail
 
 Image = Annotated[
     Path, typer.Option("--image", metavar="RGB", help="The photograph, which shows the board.")
@@ -87,15 +88,15 @@ def locate(
     height_mm = None if height is None else length_mm(height, "--height")
     step_mm = None if depth_unit is None else length_mm(depth_unit, "--depth-unit", above_zero=True)
     if x_runs not in RUNS:
-        stop(f"--x-runs {x_runs}: choose one of {', '.join(RUNS)}")
+        fail(f"--x-runs {x_runs}: choose one of {', '.join(RUNS)}")
     try:
         view, known = _view(image, depth, camera, step_mm, x_runs)
         fit = measure.calibrate(view, _board(known, board, square, board_at, camera))
         point = measure.locate(view, fit, u, v, height_mm)
     except (PictureFault, CameraFault) as fault:
-        stop(str(fault))
+        fail(str(fault))
     except ActionFailed as failure:
-        stop(f"{image}: {failure.message}")
+        fail(f"{image}: {failure.message}")
     x, y, z = (round(float(part), 2) for part in fit.pose.place_mm)
     seen: dict[str, Any] = {
         "camera": {"x": x, "y": y, "z": z, "tilt": round(fit.pose.tilt_deg, 2)},
@@ -135,7 +136,7 @@ def _board(camera: Camera, size: str | None, square: str | None, at: str, file: 
     """The board from the options, or else from the camera file."""
     board = camera.board
     if board is None and (size is None or square is None):
-        stop(f'{file} does not state which board is on the bench: add --board 9x6 --square "25 mm"')
+        fail(f'{file} does not state which board is on the bench: add --board 9x6 --square "25 mm"')
     board = board or Board()
     if size is not None:
         columns, rows = board_size(size)

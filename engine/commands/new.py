@@ -17,7 +17,7 @@ from ..new.protocol import (
     template_text,
 )
 from ..problems.print import print_problems
-from .options import Lab, say
+from .options import Lab, failing_on
 
 Names = Annotated[
     list[str],
@@ -66,7 +66,7 @@ def new(
     speaks: Speaks = None,
 ) -> None:
     """Write NAME.yaml, a protocol that checks clean; with `device`, a driver and all it needs."""
-    try:
+    with failing_on(CannotMake):
         if only is not None and source is None:
             raise CannotMake("--only chooses of what --from finds")
         if len(name) == 2 and name[0] == "device":
@@ -91,9 +91,6 @@ def new(
             raise CannotMake(f"{option} is for devices: labrun new device {name[0]}")
         else:
             _new_protocol(name[0], template or "grid_scan", lab)
-    except CannotMake as fault:
-        say(str(fault))
-        raise typer.Exit(PROBLEMS) from None
 
 
 def _new_protocol(name: str, template: str, lab: Path | None) -> None:

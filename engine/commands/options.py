@@ -1,7 +1,9 @@
 """Options that several commands share."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -10,6 +12,7 @@ from ..exit_status import PROBLEMS
 if TYPE_CHECKING:
     from ..lab.lab import LoadedLab
 
+File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
 Lab = Annotated[
     Path | None, typer.Option("--lab", help="The lab file; without it the simulated lab is used.")
 ]
@@ -39,12 +42,12 @@ class WrongUsage(ValueError):
 
 
 def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
-    """`["a=1", "b=2"]` as a dictionary; raises WrongUsage if the `=` is missing."""
+    """`["a=1", "b=2"]` as a dictionary; ends the command if a `=` is missing."""
     found: dict[str, str] = {}
     for text in texts or []:
         name, mark, value = text.partition("=")
         if not mark or not name:
-            raise WrongUsage(f"{option} {text}: write {option} NAME=VALUE")
+            fail(f"{option} {text}: write {option} NAME=VALUE".strip())
         found[name.strip()] = value
     return found
 
@@ -52,6 +55,29 @@ def pairs(texts: list[str] | None, option: str) -> dict[str, str]:
 def say(text: str) -> None:
     """Print one line for a person on stderr; stdout is for programs."""
     typer.echo(f"labrun: {text}", err=True)
+
+
+def fail(text: str, status: int = PROBLEMS) -> NoReturn:
+    """Print one line for a person, and end the command with this status."""
+    say(text)
+    raise typer.Exit(status) from None
+
+
+@contextmanager
+def failing_on(*faults: type[Exception], status: int = PROBLEMS) -> Iterator[None]:
+    """In the block, any of these ends the command with what it says."""
+    try:
+        yield
+    except faults as fault:
+        fail(str(fault), status)
+
+
+def run_folder(runs: Path, name: str) -> Path:
+    """The folder of a run; ends the command where no run, or more than one, is called so."""
+    from ..run.folder import FolderFault, find_run
+
+    with failing_on(FolderFault):
+        return find_run(runs, name)
 
 
 def usable_lab(lab: Path | None) -> "LoadedLab":

@@ -6,16 +6,14 @@ from typing import Annotated
 import typer
 
 from ..check import Checked
-from ..exit_status import PROBLEMS
 from ..views.english import count_of
 from ..views.forecast import outlook
 from ..views.preview.walk import Path as Way
 from ..views.preview.walk import Walk
-from .options import Bind, Lab, Params, say
-from .partial_protocol import checked_as_far_as
+from .checked_protocol import checked_file
+from .options import Bind, File, Lab, Params, fail, say
 
 FORMATS = (".png", ".svg", ".pdf")
-File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
 Output = Annotated[
     Path | None,
     typer.Option("-o", "--output", help="The picture: .png, .svg or .pdf.", show_default=False),
@@ -28,20 +26,17 @@ def preview(
     """Draw the points that a protocol moves to, over the area that the device may reach."""
     picture = output or Path(f"{file.stem}-preview.png")
     if picture.suffix.lower() not in FORMATS:
-        say(f"-o {picture}: the picture must be a .png, .svg or .pdf")
-        raise typer.Exit(PROBLEMS)
-    checked = checked_as_far_as(file, lab, bind, param)
+        fail(f"-o {picture}: the picture must be a .png, .svg or .pdf")
+    checked = checked_file(file, lab, bind, param, needed=False, as_far_as_understood=True)
     walk = Walk().follow(outlook(checked))
     if not any(path.points for path in walk.paths.values()):
-        say(_nothing(checked, walk))
-        raise typer.Exit(PROBLEMS)
+        fail(_nothing(checked, walk))
     from ..views.preview.figure import draw
 
     try:
         draw(walk, checked.protocol.name if checked.protocol is not None else "", picture)
     except OSError as fault:
-        say(f"{picture} cannot be written: {fault.strerror or fault}")
-        raise typer.Exit(PROBLEMS) from None
+        fail(f"{picture} cannot be written: {fault.strerror or fault}")
     for path in walk.paths.values():
         if path.outside:
             say(outside_text(path))

@@ -9,11 +9,10 @@ import typer
 
 from ...schemas.quantity import UnitError, seconds
 from ..check import Checked
-from ..exit_status import FAILED, PROBLEMS, SUCCEEDED
+from ..exit_status import FAILED, SUCCEEDED
 from ..journal.gantt import Gantt
 from .checked_protocol import checked_file
-from .options import Bind, Lab, Params, WrongUsage, say
-from .run import File
+from .options import Bind, File, Lab, Params, WrongUsage, failing_on
 
 Fail = Annotated[
     list[str] | None,
@@ -61,13 +60,10 @@ def _rehearse(
     from ..rehearse.rehearse import NoRehearsal, Rehearsal
     from ..rehearse.table import lines
 
-    try:
+    with failing_on(NoRehearsal, WrongUsage):
         faults, shown = ordered(fail, checked), looked_at(*part)
         rehearsal = Rehearsal(checked, faults, seed, turns, _progress(json=json), shown)
         totals = rehearsal.play()
-    except (NoRehearsal, WrongUsage) as fault:
-        say(str(fault))
-        return PROBLEMS
     if sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr)
     if json:

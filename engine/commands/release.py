@@ -11,11 +11,10 @@ import typer
 
 from ...system.files import write_whole
 from ..check import Checked
-from ..exit_status import FAILED, PROBLEMS
+from ..exit_status import FAILED
 from ..run.released import FOLDER, RECORD, Release, lab_digest
-from .checked_protocol import checked_file, name_values
-from .options import RUNS, Bind, Lab, Params, Runs, say
-from .run import File
+from .checked_protocol import checked_file
+from .options import RUNS, Bind, File, Lab, Params, Runs, fail, pairs
 
 YES = "release"
 
@@ -27,15 +26,13 @@ def release(
     from ...system.process import user_name
 
     checked = checked_file(file, lab, bind, param)
-    given = name_values(param, "-p")
+    given = pairs(param, "-p")
     if not at_a_terminal():
-        say("a release is a person's word: give this command in a terminal")
-        raise typer.Exit(PROBLEMS)
+        fail("a release is a person's word: give this command in a terminal")
     try:
         folder = copied(checked, runs, given)
     except OSError as fault:
-        say(f"it cannot be released: {fault.strerror or fault}: {fault.filename or runs}")
-        raise typer.Exit(FAILED) from None
+        fail(f"it cannot be released: {fault.strerror or fault}: {fault.filename or runs}", FAILED)
     released = False
     try:
         # What is read is what was copied: a file may be changed while a person reads.
@@ -49,8 +46,7 @@ def release(
         if not released:
             shutil.rmtree(folder, ignore_errors=True)
     if not released:
-        say("not released")
-        raise typer.Exit(PROBLEMS)
+        fail("not released")
     typer.echo(f"released as {folder.name}; to take it back, delete {folder}")
 
 

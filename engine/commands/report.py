@@ -2,21 +2,16 @@
 
 import typer
 
-from ..exit_status import FAILED, PROBLEMS
-from .options import RUNS, Runs, say
+from ..exit_status import FAILED
+from .options import RUNS, Runs, run_folder, say
 from .resume import RunName
 
 
 def report(run: RunName, runs: Runs = RUNS) -> None:
     """(Re)make the report and the figures of a run."""
-    from ..run.folder import FolderFault, find_run
     from ..runner.reports import make_reports
 
-    try:
-        folder = find_run(runs, run)
-    except FolderFault as fault:
-        say(str(fault))
-        raise typer.Exit(PROBLEMS) from None
+    folder = run_folder(runs, run)
     made, failed = make_reports(folder)
     for path in made:
         typer.echo(f"made {path}")

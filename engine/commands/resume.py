@@ -9,7 +9,7 @@ import typer
 from ..check import Checked
 from ..exit_status import PROBLEMS
 from ..problems.print import print_problems
-from .options import RUNS, Params, Runs, WrongUsage, pairs, say
+from .options import RUNS, Params, Runs, fail, failing_on, pairs, run_folder, say
 from .run import Answers, Json, Yes, run_to_end, watcher
 
 if TYPE_CHECKING:
@@ -60,27 +60,26 @@ def resume(
     from ...system.process import user_name
     from ..journal.holes import UnknownHole
     from ..journal.journal import JournalFault
-    from ..run.folder import FolderFault, FolderLock, find_run
+    from ..run.folder import FolderFault, FolderLock
 
+    answers, params = pairs(answer, "--answer"), pairs(param, "-p")
+    by = by or user_name()
+    again = (point or []) if holes or point else None
     try:
-        answers, params = pairs(answer, "--answer"), pairs(param, "-p")
-        by = by or user_name()
-        again = (point or []) if holes or point else None
-        folder = find_run(runs, run)
-        lock = FolderLock(folder)
-        lock.take()
-        try:
-            raise typer.Exit(
-                _go_on(folder, changed, params, again, by=by, yes=yes, answers=answers, json=json)
-            )
-        finally:
-            lock.release()
-    except (FolderFault, JournalFault, UnknownHole, WrongUsage) as fault:
-        say(str(fault))
-        raise typer.Exit(PROBLEMS) from None
+        with failing_on(FolderFault, JournalFault, UnknownHole):
+            folder = run_folder(runs, run)
+            lock = FolderLock(folder)
+            lock.take()
+            try:
+                raise typer.Exit(
+                    _go_on(
+                        folder, changed, params, again, by=by, yes=yes, answers=answers, json=json
+                    )
+                )
+            finally:
+                lock.release()
     except OSError as fault:
-        say(f"cannot resume {run}: {fault.filename}: {fault.strerror}. Nothing was sent.")
-        raise typer.Exit(PROBLEMS) from None
+        fail(f"cannot resume {run}: {fault.filename}: {fault.strerror}. Nothing was sent.")
 
 
 def _go_on(

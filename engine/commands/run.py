@@ -12,16 +12,15 @@ import typer
 from ...system.output import unhurried_stdout
 from ...system.page import why_no_page
 from ..check import Checked
-from ..exit_status import CTRL_C, FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
-from .checked_protocol import checked_file, fitting_answers, name_values
-from .options import RUNS, Bind, Lab, Params, Runs, say
+from ..exit_status import CTRL_C, FAILED, NOT_REACHED, SUCCEEDED
+from .checked_protocol import checked_file, fitting_answers
+from .options import RUNS, Bind, File, Lab, Params, Runs, fail, pairs, say
 
 if TYPE_CHECKING:
     from ..run.folder import FolderLock
     from ..run.run import Run
     from ..runner.begin import RunOptions
 
-File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
 Yes = Annotated[bool, typer.Option("--yes", "-y", help="Answer every `confirm` with yes.")]
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 Answers = Annotated[
@@ -53,7 +52,7 @@ def run(
     wait_s = waiting_s(at_most) if wait else 0.0
     checked = checked_file(file, lab, bind, param, json=json)
     answers = fitting_answers(answer, checked)
-    given = name_values(param, "-p")
+    given = pairs(param, "-p")
     raise typer.Exit(
         start(checked, runs, given=given, yes=yes, answers=answers, json=json, wait_s=wait_s)
     )
@@ -66,8 +65,7 @@ def waiting_s(at_most: str) -> float:
     try:
         return seconds(at_most)
     except UnitError:
-        say(f"--at-most {at_most}: write a time, such as --at-most '8 h'")
-        raise typer.Exit(PROBLEMS) from None
+        fail(f"--at-most {at_most}: write a time, such as --at-most '8 h'")
 
 
 def start(

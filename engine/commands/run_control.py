@@ -5,25 +5,22 @@ from typing import Any
 
 import typer
 
-from ..exit_status import FAILED, PROBLEMS
-from .options import by_command, say
+from ..exit_status import FAILED
+from .options import by_command, fail, run_folder
 
 
 def tell_run(runs: Path, name: str, **request: Any) -> None:
     """Ask the run's control endpoint; the exit status shows whether it complied."""
     from ..control.server import NotLive, Silent, ask_run
-    from ..run.folder import FolderFault, find_run
 
     try:
         by = by_command(str(request["verb"]))
-        ok, text = ask_run(find_run(runs, name), {"by": by, **request})
-    except FolderFault as fault:
-        say(str(fault))
-        raise typer.Exit(PROBLEMS) from None
+        ok, text = ask_run(run_folder(runs, name), {"by": by, **request})
     except NotLive as fault:
-        say(str(fault) if isinstance(fault, Silent) else f"{fault}; `labrun resume` continues it")
-        raise typer.Exit(FAILED) from None
+        fail(
+            str(fault) if isinstance(fault, Silent) else f"{fault}; `labrun resume` continues it",
+            FAILED,
+        )
     if not ok:
-        say(text)
-        raise typer.Exit(PROBLEMS)
+        fail(text)
     typer.echo(text)

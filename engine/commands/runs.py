@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..exit_status import PROBLEMS
-from .options import RUNS, Runs, say
+from .options import RUNS, Runs, fail
 
 if TYPE_CHECKING:
     from ..index.entry import Entry
@@ -37,8 +36,7 @@ def runs(runs: Runs = RUNS, find: Find = "", value: Value = "", json: Json = Fal
     try:
         entries = find_runs(runs, find)
     except NotUnderstood as fault:
-        say(f"--find {fault}")
-        raise typer.Exit(PROBLEMS) from None
+        fail(f"--find {fault}")
     if value:
         _over_runs(entries, value, json)
     elif json:
@@ -88,8 +86,7 @@ def _over_runs(entries: "list[Entry]", name: str, json: bool) -> None:
 
     made = chart(entries, name)
     if not made.points:
-        say(f"--value {name}: {none_has(entries, name)}")
-        raise typer.Exit(PROBLEMS)
+        fail(f"--value {name}: {none_has(entries, name)}")
     if json:
         rows = [
             {"run": entry.run, "began": entry.began, "value": number, "out": made.is_out(number)}

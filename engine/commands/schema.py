@@ -9,7 +9,7 @@ import typer
 from ..exit_status import PROBLEMS
 from ..lab.lab import load_lab
 from ..problems.print import print_problems
-from .options import Lab, say
+from .options import Lab, fail, say
 
 Output = Annotated[
     Path | None,
@@ -34,8 +34,7 @@ def schema(lab: Lab = None, output: Output = None) -> None:
         output.parent.mkdir(parents=True, exist_ok=True)
         output.write_text(text, encoding="utf-8", newline="\n")
     except OSError as fault:
-        say(f"{output} cannot be written: {fault.strerror}; name another file with -o")
-        raise typer.Exit(PROBLEMS) from None
+        fail(f"{output} cannot be written: {fault.strerror}; name another file with -o")
     there = output.as_posix() if output.is_absolute() else f"./{output.as_posix()}"
     say(f"{output} written; start a protocol in this folder with this line:")
     typer.echo(f"# yaml-language-server: $schema={there}", err=True)

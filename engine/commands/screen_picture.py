@@ -7,8 +7,8 @@ from typing import Annotated, Any
 import typer
 
 from ...system.extras import missing
-from ..exit_status import FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
-from .options import WrongUsage, say
+from ..exit_status import FAILED, NOT_REACHED, SUCCEEDED
+from .options import WrongUsage, fail, failing_on, say
 
 Image = Annotated[
     Path | None,
@@ -56,22 +56,17 @@ def view_of_screen(title: str) -> Any:
 def told_plainly(act: Callable[[], int]) -> None:
     """Run a command's work; report a fault of the screen or of its files in one line."""
     if (why := missing("gui")) is not None:
-        say(why)
-        raise typer.Exit(PROBLEMS)
+        fail(why)
     from ...drivers.window_program.buttons import ButtonsFault
     from ...drivers.window_program.hands import NotClicked
     from ...drivers.window_program.view import Trouble
     from ...drivers.window_program.windows import NoScreen
 
-    try:
-        status = act()
-    except (WrongUsage, ButtonsFault) as fault:
-        say(str(fault))
-        raise typer.Exit(PROBLEMS) from None
-    except (NoScreen, Trouble, NotClicked) as fault:
-        say(str(fault))
-        raise typer.Exit(NOT_REACHED) from None
-    raise typer.Exit(status)
+    with (
+        failing_on(WrongUsage, ButtonsFault),
+        failing_on(NoScreen, Trouble, NotClicked, status=NOT_REACHED),
+    ):
+        raise typer.Exit(act())
 
 
 def recorded(output: Path, picture: Any, marked: Any, title: str) -> int:

@@ -8,9 +8,9 @@ from typing import Annotated, Any
 import typer
 
 from ...system.signals import until_end
-from ..exit_status import FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
+from ..exit_status import FAILED, NOT_REACHED, SUCCEEDED
 from ..lab.lab import LoadedLab
-from .options import say, usable_lab
+from .options import fail, failing_on, say, usable_lab
 
 FIRST_PORT = 4101
 
@@ -45,11 +45,8 @@ def serve(
     from ...drivers.server.tokens import WeakToken, chosen
 
     loaded = usable_lab(lab)
-    try:
+    with failing_on(WeakToken):
         token = chosen(token, token_file, "LABRUN_TOKEN", host)
-    except WeakToken as fault:
-        say(str(fault))
-        raise typer.Exit(PROBLEMS) from None
     configs = _configs(loaded, devices, folder or _home(loaded), host, port, token, one)
     if folder is not None:
         _note(loaded, folder)
@@ -88,12 +85,10 @@ def _configs(
     unknown = [name for name in names or [] if name not in ours]
     if unknown or not ours:
         what = f"no device {unknown[0]!r}" if unknown else "no device with a driver"
-        say(f"{what} to serve in this lab; it has {', '.join(ours) or 'none'}")
-        raise typer.Exit(PROBLEMS)
+        fail(f"{what} to serve in this lab; it has {', '.join(ours) or 'none'}")
     chosen = {name: ours[name] for name in names or ours}
     if one and len({device.python for device in chosen.values()}) > 1:
-        say("devices with different `python` cannot share one server; leave out --one")
-        raise typer.Exit(PROBLEMS)
+        fail("devices with different `python` cannot share one server; leave out --one")
     groups = [chosen] if one else [{name: device} for name, device in chosen.items()]
     configs = []
     for index, group in enumerate(groups):

@@ -9,8 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
-from ..exit_status import CTRL_C, FAILED, PROBLEMS
-from .options import say
+from ..exit_status import CTRL_C, FAILED
+from .options import fail, failing_on, say
 
 KINDS = ("gantry",)
 
@@ -29,16 +29,11 @@ def setup(
     from .setup_gantry import GaveUp, set_up
 
     if kind not in KINDS:
-        say(f"there is no setup for {kind!r}; there is one for {', '.join(KINDS)}")
-        raise typer.Exit(PROBLEMS)
+        fail(f"there is no setup for {kind!r}; there is one for {', '.join(KINDS)}")
     if output.exists():
-        say(f"{output} is there already; choose another name with -o")
-        raise typer.Exit(PROBLEMS)
-    try:
+        fail(f"{output} is there already; choose another name with -o")
+    with failing_on(GaveUp, status=FAILED):
         asyncio.run(_until_end(set_up(port, baud, output), output))
-    except GaveUp as fault:
-        say(str(fault))
-        raise typer.Exit(FAILED) from None
 
 
 async def _until_end(work: Coroutine[Any, Any, None], output: Path) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ..exit_status import FAILED, PROBLEMS, SUCCEEDED
-from .options import RUNS, Lab, Runs, by_command, say
+from .options import RUNS, Lab, Runs, by_command, fail, say
 
 Devices = Annotated[
     list[str] | None, typer.Argument(metavar="[DEVICE...]", help="Which; default: all of the lab.")
@@ -47,8 +47,7 @@ def lab_devices(lab: Path | None, devices: list[str] | None):
     for name in devices or []:
         if name not in loaded.lab.devices:
             known = loaded.lab.devices
-            say(f"no device {name!r} in this lab{did_you_mean(name, known)}; {', '.join(known)}")
-            raise typer.Exit(PROBLEMS)
+            fail(f"no device {name!r} in this lab{did_you_mean(name, known)}; {', '.join(known)}")
     return loaded, devices or list(loaded.lab.devices)
 
 

@@ -11,8 +11,8 @@ import typer
 from ...system import WINDOWS
 from ..check import Checked
 from ..exit_status import FAILED, PROBLEMS
-from .checked_protocol import checked_file, name_values
-from .options import RUNS, Lab, Params, Runs, say
+from .checked_protocol import checked_file
+from .options import RUNS, Lab, Params, Runs, fail, pairs, say
 
 if TYPE_CHECKING:
     from ..torture.report import Report
@@ -62,23 +62,20 @@ def torture(
         checked = None if file is None else checked_file(file, lab, None, param)
         raise typer.Exit(_simulate(range(seed, seed + simulate), checked))
     if file is None:
-        say("name a protocol, or add --simulate N for random ones")
-        raise typer.Exit(PROBLEMS)
+        fail("name a protocol, or add --simulate N for random ones")
     if WINDOWS:
-        say(
+        fail(
             "torture needs SIGKILL, which Windows does not have. Run it on Linux or macOS, or in WSL; "
             "`labrun rehearse FILE --fail ROLE.ACTION:0.05` injects faults here."
         )
-        raise typer.Exit(PROBLEMS)
     checked = checked_file(file, lab, None, param)
     assert checked.lab is not None
     if not checked.lab.lab.simulated:
-        say(
+        fail(
             f"{checked.lab.lab.name} is not a simulated lab: torture kills devices in mid-action. "
             "Leave out --lab, or name a lab with `simulated: true`."
         )
-        raise typer.Exit(PROBLEMS)
-    given = name_values(param, "-p")
+    given = pairs(param, "-p")
     options = [part for name, value in given.items() for part in ("-p", f"{name}={value}")]
     raise typer.Exit(_torture(checked, options, runs, kills, seed, wires=wires, keep=keep))
 

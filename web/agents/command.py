@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-PROBLEMS = 2
+from ...engine.commands.options import fail, usable_lab
+
 Folder = Annotated[
     Path | None, typer.Argument(help="Folder of the protocols; the current folder by default.")
 ]
@@ -22,14 +23,10 @@ def mcp(folder: Folder = None, lab: Lab = None, runs: Runs = None) -> None:
     """Let an agent read, write, check and rehearse protocols, and start what a person has released."""
     import asyncio
 
-    from ...engine.commands.options import usable_lab
     from .server import serve
 
     protocols = (folder or Path()).resolve()
     if not protocols.is_dir():
-        typer.echo(
-            f"labrun: {folder} is not a folder; give the folder with your protocols", err=True
-        )
-        raise typer.Exit(PROBLEMS)
+        fail(f"{folder} is not a folder; give the folder with your protocols")
     usable_lab(lab)
     asyncio.run(serve(protocols, (runs or protocols / "runs").resolve(), lab and lab.resolve()))

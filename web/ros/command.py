@@ -2,16 +2,18 @@
 
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from ...engine.commands.options import fail, failing_on, usable_lab
+from ...engine.exit_status import NOT_REACHED
 
 if TYPE_CHECKING:
     from ...engine.lab.lab import LoadedLab
     from .offers.offered_lab import Folders
 
 PORT = 9090
-PROBLEMS, NOT_REACHED = 2, 4
 
 Lab = Annotated[
     Path | None, typer.Option("--lab", help="The lab file; the simulated lab by default.")
@@ -76,8 +78,6 @@ def ros(
     state: State = Path(".labrun/ros"),
 ) -> None:
     """Offer the lab to ROS: every device action, its status, and whole protocols."""
-    from ...engine.commands.options import usable_lab
-
     loaded = usable_lab(lab)
     package = _package(loaded)
     if interfaces is not None:
@@ -87,21 +87,19 @@ def ros(
 
     folders = Folders(protocols.resolve(), runs.resolve(), files.resolve(), state.resolve())
     if not folders.protocols.is_dir():
-        refuse(f"--protocols {protocols} is not a folder")
+        fail(f"--protocols {protocols} is not a folder")
     if node:
         from .as_node import run_node
 
         words = shlex.split(ros_args)
         _run(run_node(loaded, package, folders, words, typer.echo), "the state folder")
     elif ros_args:
-        refuse("--ros-args are for a node of ROS: add --node")
+        fail("--ros-args are for a node of ROS: add --node")
     else:
         from ...drivers.server.tokens import WeakToken, for_port
 
-        try:
+        with failing_on(WeakToken):
             known = for_port(token, token_file, "LABRUN_ROS_TOKEN", host, open_to_all=no_token)
-        except WeakToken as fault:
-            refuse(str(fault))
         _run(_bridge(loaded, package, folders, host, port, known, origin or []), f"{host}:{port}")
 
 
@@ -117,10 +115,7 @@ def _write(lab: "LoadedLab", package: str, folder: Path) -> None:
     try:
         written = write_interfaces(lab, package, folder)
     except OSError as fault:
-        typer.echo(
-            f"labrun: {fault.filename or folder} cannot be written: {fault.strerror}", err=True
-        )
-        raise typer.Exit(NOT_REACHED) from None
+        fail(f"{fault.filename or folder} cannot be written: {fault.strerror}", NOT_REACHED)
     for place in written:
         typer.echo(f"{place}")
     typer.echo(
@@ -174,16 +169,8 @@ def _run(work: Any, what: str) -> None:
         logging.CRITICAL
     )  # a stranger's bad handshake is not worth a log line
     try:
-        asyncio.run(work)
-    except RosFault as fault:
-        refuse(str(fault))
+        with failing_on(RosFault):
+            asyncio.run(work)
     except OSError as fault:
         words = fault.strerror or str(fault)
-        typer.echo(f"labrun: {fault.filename or what} cannot be used: {words}", err=True)
-        raise typer.Exit(NOT_REACHED) from None
-
-
-def refuse(text: str) -> NoReturn:
-    """Print what is wrong with the command line, and exit."""
-    typer.echo(f"labrun: {text}", err=True)
-    raise typer.Exit(PROBLEMS)
+        fail(f"{fault.filename or what} cannot be used: {words}", NOT_REACHED)

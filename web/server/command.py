@@ -3,15 +3,17 @@
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from ...engine.commands.options import fail, failing_on, usable_lab
+from ...engine.exit_status import NOT_REACHED
 
 if TYPE_CHECKING:
     from ..app_state.state import Options
 
 PORT = 8321
-PROBLEMS, NOT_REACHED = 2, 4
 
 Folder = Annotated[
     Path | None, typer.Argument(help="Folder of the protocols; the current folder by default.")
@@ -76,12 +78,10 @@ def web(
 
     if token is not None:  # crash logs show the command line
         sys.argv = [part.replace(token, "***") for part in sys.argv]
-    try:
+    with failing_on(WeakToken):
         known = for_port(token, token_file, "LABRUN_WEB_TOKEN", host, open_to_all=no_token)
-    except WeakToken as fault:
-        _refuse(str(fault))
     if demo and (folder is not None or lab is not None or runs is not None):
-        _refuse("--demo has its own protocols, lab and runs: omit the folder, --lab and --runs")
+        fail("--demo has its own protocols, lab and runs: omit the folder, --lab and --runs")
     if demo:
         from ..demo.demo import demonstration
 
@@ -93,7 +93,7 @@ def web(
         return
     protocols = (folder or Path()).resolve()
     if not protocols.is_dir():
-        _refuse(f"{folder} is not a folder; give the folder with your protocols")
+        fail(f"{folder} is not a folder; give the folder with your protocols")
     _serve(_options(protocols, host, port, known, lab, runs, check_timeout), browser=not no_browser)
 
 
@@ -116,18 +116,12 @@ def _serve(options: "Options", *, browser: bool) -> None:
     import logging
 
     from ...drivers.server.listen import for_other_machines
-    from ...engine.lab.lab import load_lab
-    from ...engine.problems.print import print_problems
     from ...system.page import HOW, why_no_page
     from ..access.once import UnreadableKeys
     from .serving import serve
 
     logging.basicConfig(format="labrun: %(message)s", level=logging.WARNING)
-    lab, problems = load_lab(options.lab)
-    if problems:
-        print_problems(problems, format="text")
-    if lab is None or any(problem.severity == "error" for problem in problems):
-        raise typer.Exit(PROBLEMS)
+    lab = usable_lab(options.lab)
 
     def ready(address: str, first: str) -> None:
         typer.echo(f"labrun web at {address}{for_other_machines(options.host, address)}")
@@ -146,10 +140,9 @@ def _serve(options: "Options", *, browser: bool) -> None:
     try:
         left = asyncio.run(serve(options, lab, ready))
     except OSError as fault:
-        typer.echo(f"labrun: {_why_not(fault, options)}", err=True)
-        raise typer.Exit(NOT_REACHED) from None
+        fail(_why_not(fault, options), NOT_REACHED)
     except UnreadableKeys as fault:
-        _refuse(str(fault))
+        fail(str(fault))
     if left:
         typer.echo("a run is still going; its engine and devices stay up, see `labrun runs`")
         # A normal exit of the interpreter would kill the device servers that the run needs.
@@ -177,8 +170,3 @@ def _why_not(fault: OSError, options: "Options") -> str:
             way_on = "; serve a folder in which you may write, such as a copy of this one"
         return f"{fault.filename} cannot be used: {words}{way_on}"
     return f"cannot listen on {where}, or a folder cannot be used: {words}"
-
-
-def _refuse(text: str) -> NoReturn:
-    typer.echo(f"labrun: {text}", err=True)
-    raise typer.Exit(PROBLEMS)
