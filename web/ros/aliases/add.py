@@ -1,5 +1,6 @@
 """Add the names in a lab's `ros: aliases:` to its offers."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ....engine.lab.lab import LoadedLab
@@ -7,29 +8,32 @@ from ....engine.language.suggest import did_you_mean, listed
 from ..interfaces.fault import RosFault
 from ..interfaces.names import TOPIC
 from ..offers.device_action import DeviceAction
-from . import (
-    analyze_spectrum,
-    detect_samples,
-    export_spectrum,
-    gantry_status,
-    is_analytical_dev_rdy,
-    is_gantry_rdy,
-    launch,
-    move_gantry,
-    set_zero,
-    take_measurement,
-    z300_status,
-)
+from . import gantry_status, launch, z300_status
+from .analyze_spectrum import AnalyzeSpectrum
+from .detect_samples import DetectSamples
+from .export_spectrum import ExportSpectrum
+from .is_gantry_rdy import IsReady
+from .move_gantry import MoveGantry
 from .paper import Paper
+from .set_zero import SetZero
+from .take_measurement import TakeMeasurement
 
 if TYPE_CHECKING:
     from ..offers.offered_lab import OfferedLab
 
-PAPER = (
-    move_gantry, gantry_status, set_zero, take_measurement, export_spectrum, analyze_spectrum,
-    is_gantry_rdy, is_analytical_dev_rdy, z300_status, detect_samples,
-)  # fmt: skip
-"""Each has its NAME, the CONTRACT of the device that it needs, and `add`."""
+PAPER: dict[str, tuple[str, Callable[[Paper, str, str], None]]] = {
+    "/move_gantry": ("gantry@1", MoveGantry.add),
+    "/gantry_status": ("gantry@1", gantry_status.add),
+    "/set_zero": ("gantry@1", SetZero.add),
+    "/take_measurement": ("libs_analyzer@1", TakeMeasurement.add),
+    "/export_spectrum": ("libs_analyzer@1", ExportSpectrum.add),
+    "/analyze_spectrum": ("spectrum_reducer@1", AnalyzeSpectrum.add),
+    "/is_gantry_rdy": ("gantry@1", IsReady.add),
+    "/is_analytical_dev_rdy": ("libs_analyzer@1", IsReady.add),
+    "/z300_status": ("libs_analyzer@1", z300_status.add),
+    "/detect_samples": ("depth_camera@1", DetectSamples.add),
+}
+"""Name -> the contract of the device that it needs, and what offers it."""
 
 
 def add_aliases(offered: "OfferedLab", lab: LoadedLab) -> Paper:
@@ -37,7 +41,6 @@ def add_aliases(offered: "OfferedLab", lab: LoadedLab) -> Paper:
     paper, names = Paper(offered), lab.lab.ros
     if names is None:
         return paper
-    known = {module.NAME: module for module in PAPER}
     for name, target in names.aliases.items():
         if not TOPIC.match(name):
             raise RosFault(
@@ -46,10 +49,11 @@ def add_aliases(offered: "OfferedLab", lab: LoadedLab) -> Paper:
             )
         if name in {**offered.offers.actions, **offered.offers.services, **offered.offers.topics}:
             raise RosFault(f"ros.aliases: {name} is already in use")
-        if name in known:
-            known[name].add(paper, name, _device(offered, name, target, known[name].CONTRACT))
+        if name in PAPER:
+            contract, add = PAPER[name]
+            add(paper, name, _device(offered, name, target, contract))
         else:
-            _add_plain(offered, name, target, known)
+            _add_plain(offered, name, target)
     launch.add(paper, names.launch, lab)
     return paper
 
@@ -66,7 +70,7 @@ def _device(offered: "OfferedLab", name: str, device: str, contract: str) -> str
     return device
 
 
-def _add_plain(offered: "OfferedLab", name: str, target: str, known: dict) -> None:
+def _add_plain(offered: "OfferedLab", name: str, target: str) -> None:
     device, dot, action = target.partition(".")
     if (
         not dot
@@ -75,7 +79,7 @@ def _add_plain(offered: "OfferedLab", name: str, target: str, known: dict) -> No
     ):
         raise RosFault(
             f"ros.aliases: {name}: {target!r} is not a `device.action` of this lab"
-            f"{did_you_mean(name, known, prefix='the name ')}; names of the paper are {listed(known)}"
+            f"{did_you_mean(name, PAPER, prefix='the name ')}; names of the paper are {listed(PAPER)}"
         )
     found = offered.actions_of(device)[action]
     offered.offers.actions[name] = DeviceAction(

@@ -2,21 +2,13 @@
 
 from ..offers.offer import End, Refused, Work
 from .kinds import ANALYZE_SPECTRUM
-from .paper import Paper, PaperAction
-
-NAME, CONTRACT = "/analyze_spectrum", "spectrum_reducer@1"
-
-
-def add(paper: Paper, name: str, device: str) -> None:
-    """Offer it."""
-    paper.offered.offers.actions[name] = AnalyzeSpectrum(paper, name, device, ANALYZE_SPECTRUM)
+from .paper import PaperAction
 
 
 class AnalyzeSpectrum(PaperAction):
     """Takes elements where the paper's program takes one window of wavelengths."""
 
-    said = "feedback"
-    can_cancel = False
+    kind = ANALYZE_SPECTRUM
 
     async def carry(self, work: Work) -> End:
         """Reduce; `peak_range[i]` is an element, `peak_area[i]` the area of its predominant peak."""

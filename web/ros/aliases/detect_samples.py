@@ -4,23 +4,16 @@ import math
 
 from ..offers.offer import End, Values, Work
 from .kinds import DETECT_SAMPLES
-from .paper import Paper, PaperAction, device_of
+from .paper import PaperAction, device_of
 
-NAME, CONTRACT = "/detect_samples", "depth_camera@1"
 MOVES = "/move_gantry"
 MM_PER_M = 1000.0
-
-
-def add(paper: Paper, name: str, device: str) -> None:
-    """Offer it."""
-    paper.offered.offers.actions[name] = DetectSamples(paper, name, device, DETECT_SAMPLES)
 
 
 class DetectSamples(PaperAction):
     """Places in m, as in the paper. `boxes` stays empty: the camera tells outlines on the bench."""
 
-    said = "feedback"
-    can_cancel = False
+    kind = DETECT_SAMPLES
 
     def __init__(self, *given) -> None:
         super().__init__(*given)

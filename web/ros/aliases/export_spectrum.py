@@ -4,21 +4,13 @@ from datetime import datetime
 
 from ..offers.offer import End, Refused, Work
 from .kinds import EXPORT_SPECTRUM
-from .paper import Paper, PaperAction
-
-NAME, CONTRACT = "/export_spectrum", "libs_analyzer@1"
-
-
-def add(paper: Paper, name: str, device: str) -> None:
-    """Offer it."""
-    paper.offered.offers.actions[name] = ExportSpectrum(paper, name, device, EXPORT_SPECTRUM)
+from .paper import PaperAction
 
 
 class ExportSpectrum(PaperAction):
     """The file is named after the time, as in the paper, and is in the folder of action files."""
 
-    said = "feedback"
-    can_cancel = False
+    kind = EXPORT_SPECTRUM
 
     async def carry(self, work: Work) -> End:
         """Export; the last feedback is the file."""

@@ -8,7 +8,6 @@ from ..offers.offer import Topic, Values
 from .kinds import GANTRY_STATUS
 from .paper import AXES, Paper
 
-NAME, CONTRACT = "/gantry_status", "gantry@1"
 WORDS = {
     "idle": "Idle", "moving": "Run", "homing": "Running", "alarm": "Alarm", "hold": "Hold",
     "offline": "Offline",

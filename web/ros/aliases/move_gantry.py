@@ -6,20 +6,19 @@ from .gcode import GcodeFault, UnknownPosition, steps
 from .kinds import MOVE_GANTRY, MOVE_GANTRY_CALL
 from .paper import AXES, Paper, PaperAction
 
-NAME, CONTRACT = "/move_gantry", "gantry@1"
-
-
-def add(paper: Paper, name: str, device: str) -> None:
-    """Offer it."""
-    move = MoveGantry(paper, name, device, MOVE_GANTRY)
-    paper.offered.offers.actions[name] = move
-    paper.offered.offers.services[name] = MoveGantryCall(move, paper.offered.goals)
-
 
 class MoveGantry(PaperAction):
     """Every line is checked before the first is sent; positions count from the zero of `/set_zero`."""
 
+    kind = MOVE_GANTRY
     said = "msg"
+    can_cancel = True
+
+    @classmethod
+    def add(cls, paper: Paper, name: str, device: str) -> None:
+        """Offer it as both."""
+        move = paper.offered.offers.actions[name] = cls(paper, name, device)
+        paper.offered.offers.services[name] = MoveGantryCall(move, paper.offered.goals)
 
     async def carry(self, work: Work) -> End:
         """One move after the other, until one fails."""

@@ -7,10 +7,9 @@ from abc import abstractmethod
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from ..interfaces.kinds import ActionKind
 from ..offers.device_action import DeviceAction
 from ..offers.goals import aborted, result_of
-from ..offers.offer import Action, End, Refused, Values, Work
+from ..offers.offer import Action, End, Refused, Service, Values, Work
 
 if TYPE_CHECKING:
     from ..offers.offered_lab import OfferedLab
@@ -116,14 +115,17 @@ class PaperAction(Action):
     Its types have no field for why a goal failed: the last feedback says it, and the log.
     """
 
-    said: str
+    can_cancel = False
+    said = "feedback"
     """The one field of its feedback."""
 
-    def __init__(self, paper: Paper, name: str, device: str, kind: ActionKind) -> None:
-        self.paper = paper
-        self.name = name
-        self.device = device
-        self.kind = kind
+    def __init__(self, paper: Paper, name: str, device: str) -> None:
+        self.paper, self.name, self.device = paper, name, device
+
+    @classmethod
+    def add(cls, paper: Paper, name: str, device: str) -> None:
+        """Offer it."""
+        paper.offered.offers.actions[name] = cls(paper, name, device)
 
     @abstractmethod
     async def carry(self, work: Work) -> End: ...
@@ -159,3 +161,15 @@ class PaperAction(Action):
             LOG.warning("%s: a goal is aborted: %s", self.name, said)
         work.tell({self.said: said})
         return End(end.state, result_of(self, {"msg": said, **data}))
+
+
+class PaperService(Service):
+    """A service of the paper about one device."""
+
+    def __init__(self, paper: Paper, name: str, device: str) -> None:
+        self.paper, self.name, self.device = paper, name, device
+
+    @classmethod
+    def add(cls, paper: Paper, name: str, device: str) -> None:
+        """Offer it."""
+        paper.offered.offers.services[name] = cls(paper, name, device)

@@ -1,26 +1,14 @@
 """`/set_zero`: set the zero of an axis at its present position."""
 
-from ..offers.offer import Refused, Service, Values
+from ..offers.offer import Refused, Values
 from .kinds import SET_ZERO
-from .paper import AXES, Paper
-
-NAME, CONTRACT = "/set_zero", "gantry@1"
+from .paper import AXES, PaperService
 
 
-def add(paper: Paper, name: str, device: str) -> None:
-    """Offer it."""
-    paper.offered.offers.services[name] = SetZero(paper, name, device)
-
-
-class SetZero(Service):
+class SetZero(PaperService):
     """For `/move_gantry` and `/gantry_status` only: protocols use bench coordinates."""
 
     kind = SET_ZERO
-
-    def __init__(self, paper: Paper, name: str, device: str) -> None:
-        self.name = name
-        self._paper = paper
-        self._device = device
 
     async def answer(self, values: Values) -> Values:
         """`{}`: the paper's response has no field; raises Refused."""
@@ -28,14 +16,14 @@ class SetZero(Service):
         wanted = list(axes.lower()) if isinstance(axes, str) else []
         if not wanted or not set(wanted) <= {*AXES}:
             raise Refused(f"axis must be x, y, z or several of them, not {str(axes)[:40]!r}")
-        status = await self._paper.status_from_now(self._device)
+        status = await self.paper.status_from_now(self.device)
         if status.get("state") in ("moving", "homing"):
-            raise Refused(f"{self._device} is {status['state']}; set the zero when it has stopped")
+            raise Refused(f"{self.device} is {status['state']}; set the zero when it has stopped")
         unknown = [axis for axis in wanted if status.get(axis) is None]
         if unknown:
-            raise Refused(f"{self._device} does not report its {unknown[0]} position")
+            raise Refused(f"{self.device} does not report its {unknown[0]} position")
         try:
-            self._paper.set_zero(self._device, {axis: status[axis] for axis in wanted})
+            self.paper.set_zero(self.device, {axis: status[axis] for axis in wanted})
         except OSError as fault:
             raise Refused(f"the zero cannot be stored: {fault.strerror}") from fault
         return {}

@@ -2,21 +2,13 @@
 
 from ..offers.offer import End, Work
 from .kinds import TAKE_MEASUREMENT
-from .paper import Paper, PaperAction
-
-NAME, CONTRACT = "/take_measurement", "libs_analyzer@1"
-
-
-def add(paper: Paper, name: str, device: str) -> None:
-    """Offer it."""
-    paper.offered.offers.actions[name] = TakeMeasurement(paper, name, device, TAKE_MEASUREMENT)
+from .paper import PaperAction
 
 
 class TakeMeasurement(PaperAction):
     """Remembers the shot."""
 
-    said = "feedback"
-    can_cancel = False
+    kind = TAKE_MEASUREMENT
 
     async def carry(self, work: Work) -> End:
         """Fire."""

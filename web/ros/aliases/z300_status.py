@@ -4,8 +4,6 @@ from ..interfaces.own_kinds import STRING
 from ..offers.offer import Topic
 from .paper import Paper
 
-NAME, CONTRACT = "/z300_status", "libs_analyzer@1"
-
 
 def add(paper: Paper, name: str, device: str) -> None:
     """Offer it; a device that does not answer is OFFLINE."""
