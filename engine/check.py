@@ -59,6 +59,8 @@ CHECKS = (
 """Each has CODES, a docstring that is its page of the manual, and check(context)."""
 
 
+HIDING = ("E1", "E208", "E209", "E21", "E22")
+"""What hides the meaning of a protocol: its shape, its devices, its parameters."""
 READINGS = {"W101", "W102", "W103", "W104"}
 """Warnings that a value is not read as it looks."""
 
@@ -74,6 +76,12 @@ class Checked:
     params: dict[str, Any] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
     survey: Survey | None = None
+
+    @property
+    def understood(self) -> bool:
+        """True when no error hides what the protocol means; points outside the bench hide nothing."""
+        errors = [p.code for p in self.problems if p.severity == "error"]
+        return self.protocol is not None and not any(code.startswith(HIDING) for code in errors)
 
     @property
     def ok(self) -> bool:

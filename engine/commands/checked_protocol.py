@@ -14,9 +14,6 @@ from ..problems.print import print_problems
 from ..survey.survey import Survey
 from .options import fail, pairs
 
-HIDING = ("E1", "E208", "E209", "E21", "E22")
-"""What hides the meaning of a protocol: its shape, its devices, its parameters."""
-
 
 def checked_file(
     file: Path, lab: Path | None, bind: list[str] | None, param: list[str] | None,
@@ -24,17 +21,13 @@ def checked_file(
 ) -> Checked:  # fmt: skip
     """The checked protocol; problems go to stderr, and an error ends the command with status 2.
 
-    `as_far_as_understood`: only an error that hides what the protocol means does so. Points outside
-    the bench are exactly what a preview should show.
+    `as_far_as_understood`: only an error that hides what the protocol means does so.
     """
     roles, params = pairs(bind, "--bind"), pairs(param, "-p")
     checked = check_file(file, lab=lab, bind=roles, params=params, needed=needed)
     if checked.problems:
         print_problems(checked.problems, format="json" if json else "text", file=sys.stderr)
-    errors = [one.code for one in checked.problems if one.severity == "error"]
-    if as_far_as_understood:
-        errors = [code for code in errors if code.startswith(HIDING)]
-    if errors or checked.protocol is None:
+    if not (checked.understood if as_far_as_understood else checked.ok):
         raise typer.Exit(PROBLEMS)
     return checked
 

@@ -17,8 +17,6 @@ from .timings import Timings
 from .views import preview_of, words_of
 
 MOST_PROBLEMS = 500
-STOPPING = ("E1", "E208", "E209", "E21", "E22")
-"""Problems that make a protocol unreadable; points outside the bench do not."""
 
 
 class Eye:
@@ -61,10 +59,7 @@ class Eye:
     def preview(self, asked: CheckText) -> Preview:
         """Points, actions, time; points outside the bench are accepted."""
         checked = self._checked(asked)
-        stopped = any(
-            p.severity == "error" and p.code.startswith(STOPPING) for p in checked.problems
-        )
-        if stopped or checked.protocol is None or checked.survey is None:
+        if not checked.understood:
             raise problems_refused(found_problems(checked, self._folder))
         return preview_of(checked, Timings(self._timings))
 
