@@ -22,15 +22,20 @@ def spawn(
     work: Coroutine[Any, Any, T],
     *,
     expected: tuple[type[BaseException], ...] = (),
+    among: set[asyncio.Task[T]] | None = None,
 ) -> asyncio.Task[T]:
     """Start work beside the caller, who keeps the task to await or cancel it.
 
     The task cannot be collected while it runs. An exception that ends it is logged with its
-    traceback, whoever awaits it, except for the `expected` ones, which are answers.
+    traceback, whoever awaits it, except for the `expected` ones, which are answers. `among` are the
+    caller's tasks that run: it is one of them until it has ended.
     """
     task = asyncio.get_running_loop().create_task(work, name=name)
     _running.add(task)
     task.add_done_callback(lambda done: _ended(done, expected))
+    if among is not None:
+        among.add(task)
+        task.add_done_callback(among.discard)
     return task
 
 

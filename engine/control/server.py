@@ -70,9 +70,7 @@ class ControlServer:
             queue.put_nowait(event.model_dump_json())
 
     def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        call = spawn("answer another shell", self._call(reader, writer))
-        self._calls.add(call)
-        call.add_done_callback(self._calls.discard)
+        spawn("answer another shell", self._call(reader, writer), among=self._calls)
 
     async def _call(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         try:

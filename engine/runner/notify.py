@@ -41,9 +41,7 @@ class Notifier:
             self._held.append((event, text, picture))
             self._waking = self._waking or spawn("wait for the end of quiet hours", self._wake())
             return
-        task = spawn("notify", self._send(text, picture, event))
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        spawn("notify", self._send(text, picture, event), among=self._tasks)
 
     def hear(self, event: Event) -> None:
         """What happens in the run, of which the lab wants to be told."""

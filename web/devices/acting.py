@@ -121,9 +121,8 @@ class Acting:
         else:
             await device_link.take_turn()
             work = self._carry(device_link, state, deadline, leased)
-        task = spawn(f"{device_link.name}.{action} by hand", work, expected=(Refusal,))
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        name = f"{device_link.name}.{action} by hand"
+        task = spawn(name, work, expected=(Refusal,), among=self._tasks)
         await first_of((task, leased))
         if not leased.done():
             task.result()  # a refusal before anything was sent

@@ -105,9 +105,8 @@ class Jogging:
             jog = Stretched(device_link, moving, asked, by, self._changed)
         begun: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         await device_link.take_turn()
-        task = spawn(f"hold {jog.id} of {device}", jog.run(begun), expected=(Refusal,))
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        name = f"hold {jog.id} of {device}"
+        task = spawn(name, jog.run(begun), expected=(Refusal,), among=self._tasks)
         self._remember(jog)
         await first_of((task, begun))
         if not begun.done():

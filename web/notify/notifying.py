@@ -116,9 +116,7 @@ class Notifying:
         if notify is not None and told and notify.is_quiet(datetime.now().time()):
             self._held = [*self._held, message][-MOST_HELD:]
         elif told:
-            task = spawn("tell a person elsewhere", self._deliver(message, told))
-            self._sending.add(task)
-            task.add_done_callback(self._sending.discard)
+            spawn("tell a person elsewhere", self._deliver(message, told), among=self._sending)
 
     def _release(self) -> None:
         notify = self._notify()

@@ -237,9 +237,8 @@ class Launching:
         return found.state_now()
 
     def _follow(self, found: _Launched) -> None:
-        task = spawn(f"follow the engine of launch {found.id}", self._until_over(found))
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        name = f"follow the engine of launch {found.id}"
+        spawn(name, self._until_over(found), among=self._tasks)
 
     async def _until_over(self, found: _Launched) -> None:
         """Wait until the engine has ended; if it is our child, it is reaped."""

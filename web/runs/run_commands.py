@@ -88,9 +88,7 @@ class RunCommands:
         work = ask_engine(
             run.folder, CHANGE_S, verb="change", file=file, params=params, yes=asked.yes, by=by
         )
-        task = spawn(f"change {id}", work, expected=(NotLive,))
-        self._changing.add(task)
-        task.add_done_callback(self._changing.discard)
+        task = spawn(f"change {id}", work, expected=(NotLive,), among=self._changing)
         done, _ = await asyncio.wait({task}, timeout=ANSWER_S)
         if not done:
             return Answer(text="the run changes when what runs has ended; “Resume” withdraws that")

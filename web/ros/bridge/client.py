@@ -88,9 +88,7 @@ class Client:
         if len(self._tasks) >= MOST_TASKS:
             work.close()
             raise Misformed(f"you already have {MOST_TASKS} requests waiting")
-        task = spawn(name, work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        spawn(name, work, among=self._tasks)
 
     def _take(self, data: str | bytes, operations: dict[str, Operation]) -> None:
         message: Message = {}

@@ -2,7 +2,7 @@
 
 import asyncio
 import contextlib
-from collections.abc import AsyncIterator, Callable, Coroutine
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
@@ -104,7 +104,7 @@ class Device:
 
     def bring_to_end(self, goal_id: str, following: "asyncio.Task[Any]") -> None:
         """Cancel a goal that nobody waits for any more, as soon as its server answers."""
-        self._go(f"the end of {goal_id}", self._ended(goal_id, following))
+        spawn(f"the end of {goal_id}", self._ended(goal_id, following), among=self._tasks)
 
     async def _lease(self) -> DeviceClient:
         client = self._client
@@ -125,7 +125,7 @@ class Device:
 
     def _release_soon(self) -> None:
         if self._users == 0 and self._leased:
-            self._go(f"releasing {self.name}", self.free())
+            spawn(f"releasing {self.name}", self.free(), among=self._tasks)
 
     async def _release(self) -> None:
         if self._leased and self._client is not None:
@@ -206,8 +206,3 @@ class Device:
             self._reason = "the connection to its server broke"
             patience_s = self._lab.lab.start_timeout_s  # a server that is only slow loses no goal
             self._losing = asyncio.get_running_loop().call_later(patience_s, self.lost.set)
-
-    def _go(self, name: str, work: Coroutine[Any, Any, None]) -> None:
-        task = spawn(name, work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
