@@ -90,7 +90,7 @@ class Outline:
                 "steps": view.protocol.steps, "on_resume": view.protocol.on_resume,
                 "finally": view.protocol.finally_,
             }[section]  # fmt: skip
-            below = self._sequence(view, steps, (section,), phase, None, None, 0, "")
+            below = self._sequence(view, steps, (section,), phase, None, None)
             self.phases[phase] = below
 
     def _find(self, path: str) -> Found | None:
@@ -152,22 +152,23 @@ class Outline:
 
     def _sequence(
         self, view: Outlook, steps: Sequence[Any], place: Place, path: str,
-        parent: Step | None, frame: Step | None, depth: int, edge: str,
+        parent: Step | None, frame: Step | None, edge: str = "",
     ) -> dict[str, Step]:  # fmt: skip
         found: dict[str, Step] = {}
         for index, step in enumerate(steps):
             name = step.id or str(index)
             here = (*place, index)
-            found[name] = self._step(view, step, here, f"{path}/{name}", parent, frame, depth, edge)
+            found[name] = self._step(view, step, here, f"{path}/{name}", parent, frame, edge)
             view = view.after(step, here)
         return found
 
     def _step(
         self, view: Outlook, step: Any, place: Place, path: str,
-        parent: Step | None, frame: Step | None, depth: int, edge: str,
+        parent: Step | None, frame: Step | None, edge: str = "",
     ) -> Step:  # fmt: skip
         told = OutlineNode(
-            path=path, parent=parent.told.path if parent is not None else None, depth=depth,
+            path=path, parent=parent.told.path if parent is not None else None,
+            depth=parent.told.depth + 1 if parent is not None else 0,
             kind=step.KIND, id=step.id, title=edge + _title(view, step, place),
             loop=isinstance(step, p.LoopBase), **_action(view, step),
         )  # fmt: skip
@@ -177,17 +178,15 @@ class Outline:
         made = Step(told, frame, place=place, view=view, step=step)
         self.nodes.append(told)
         self.steps[path] = made
-        self._inside(view, step, place, path, made, depth + 1)
+        self._inside(view, step, place, path, made)
         for number, one in enumerate(step.fallback, 1):
             at, base = (*place, "fallback", number - 1), f"{path}/f{number}"
-            steps = one if isinstance(one, list) else [one]
             mark = "otherwise: " if number == 1 else "if that fails too: "
             if isinstance(one, list):
-                found = self._sequence(view, steps, at, base, made, made, depth + 1, mark)
+                found = self._sequence(view, one, at, base, made, made, mark)
             else:
                 name = one.id or "0"
-                inner = self._step(view, one, at, f"{base}/{name}", made, made, depth + 1, mark)
-                found = {name: inner}
+                found = {name: self._step(view, one, at, f"{base}/{name}", made, made, mark)}
             made.alternatives.append(found)
         for then, keys in p.thens(step):
             at, base = (*place, *keys), f"{path}/w{keys[1] + 1}"
@@ -195,58 +194,44 @@ class Outline:
             found = {}
             for index, one in enumerate(steps):
                 name, here = one.id or str(index), (*at, index) if isinstance(then, list) else at
-                found[name] = self._step(
-                    view, one, here, f"{base}/{name}", made, made, depth + 1, "watch: "
-                )
+                found[name] = self._step(view, one, here, f"{base}/{name}", made, made, "watch: ")
             made.watches[keys[1] + 1] = found
         return made
 
-    def _inside(
-        self, view: Outlook, step: Any, place: Place, path: str, made: Step, depth: int
-    ) -> None:
+    def _inside(self, view: Outlook, step: Any, place: Place, path: str, made: Step) -> None:
         if isinstance(step, p.LoopBase):
             inside = view.forgetting(step.steps)
             at, inner = (*place, "steps"), f"{path}/*"
-            made.below = self._sequence(inside, step.steps, at, inner, made, made, depth, "")
+            made.below = self._sequence(inside, step.steps, at, inner, made, made)
         elif isinstance(step, p.If):
             for name, steps in (("then", step.then), ("else", step.else_ or [])):
                 edge = "" if name == "then" else "otherwise: "
-                below = self._sequence(
-                    view, steps, (*place, name), f"{path}/{name}", made, made.frame, depth, edge
-                )
+                at, inner = (*place, name), f"{path}/{name}"
+                below = self._sequence(view, steps, at, inner, made, made.frame, edge)
                 if below:
                     made.below[name] = _branch(made, name, below)
         elif isinstance(step, p.Use):
-            self._use(view, step, place, path, made, depth)
+            self._use(view, step, place, path, made)
         elif isinstance(step, p.Group):
-            made.below = self._sequence(
-                view, step.steps, (*place, "steps"), path, made, made.frame, depth, ""
-            )
+            at = (*place, "steps")
+            made.below = self._sequence(view, step.steps, at, path, made, made.frame)
         elif isinstance(step, p.Parallel | p.AnyOf):
             for index, member in enumerate(getattr(step, step.KIND)):
                 name, at = member.id or str(index), (*place, step.KIND, index)
-                made.below[name] = self._step(
-                    view, member, at, f"{path}/{name}", made, made.frame, depth, ""
-                )
+                made.below[name] = self._step(view, member, at, f"{path}/{name}", made, made.frame)
 
-    def _use(
-        self, view: Outlook, step: p.Use, place: Place, path: str, made: Step, depth: int
-    ) -> None:
+    def _use(self, view: Outlook, step: p.Use, place: Place, path: str, made: Step) -> None:
         other = view.used(step, place)
         if other is None:
             return
-        made.below = self._sequence(
-            other, other.protocol.steps, ("steps",), path, made, made, depth, ""
-        )
-        made.last = self._sequence(
-            other, other.protocol.finally_, ("finally",), f"{path}/e", made, made, depth, "last: "
-        )
-        if other.protocol.on_resume:
+        steps, last, back = other.protocol.steps, other.protocol.finally_, other.protocol.on_resume
+        made.below = self._sequence(other, steps, ("steps",), path, made, made)
+        made.last = self._sequence(other, last, ("finally",), f"{path}/e", made, made, "last: ")
+        if back:
             made.back = Step(made.told, made.frame)
             made.back.below = self._sequence(
-                other, other.protocol.on_resume, ("on_resume",), f"resume/{path}", made, made.back, depth,
-                "after a crash: ",
-            )  # fmt: skip
+                other, back, ("on_resume",), f"resume/{path}", made, made.back, "after a crash: "
+            )
 
 
 def _branch(made: Step, name: str, below: dict[str, Step]) -> Step:
