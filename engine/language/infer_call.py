@@ -3,7 +3,7 @@
 import ast
 import inspect
 from functools import cache
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from ...schemas.quantity import same_dimension
 from .calculated import BARE, OF_LISTS, OF_NUMBERS, type_of_calculation
@@ -12,35 +12,13 @@ from .functions import FUNCTIONS, LITERAL
 from .own_functions import misfit
 from .types import ANY, INTEGER, MOMENT, NUMBER, TEXT, Type, either, fields, in_words, number
 
-
-class Inference(Protocol):
-    """The walk over the expression that the call is part of."""
-
-    names: Any
-    faults: list[Any]
-    calls: frozenset[str]
-
-    def of(self, node: ast.AST) -> Type:
-        """The type of a part."""
-        ...
-
-    def fault(self, code: str, message: str, hint: str = "") -> Type:
-        """Record a fault; the part's type is then unknown."""
-        ...
-
-    def go_together(self, a: ast.AST, left: Type, b: ast.AST, right: Type, verb: str) -> bool:
-        """True where two numbers have units of one dimension; records a fault where not."""
-        ...
-
-    def noted(self, found: Any) -> Type:
-        """Pass a type through; record a fault."""
-        ...
-
+if TYPE_CHECKING:
+    from .infer import Inference
 
 ZERO = Type("number", whole=True, zero=True)
 
 
-def type_of_call(inference: Inference, node: ast.Call) -> Type:
+def type_of_call(inference: "Inference", node: ast.Call) -> Type:
     """The type that a function returns for these arguments; what cannot work is recorded."""
     assert isinstance(node.func, ast.Name)
     name = node.func.id
@@ -65,7 +43,7 @@ TOGETHER = {"min", "max", "sum", "mean", "median", "stdev", "sorted", "linspace"
 """Functions whose values are computed with each other, so that they need one dimension."""
 
 
-def _are_alike(inference: Inference, name: str, node: ast.Call, types: list[Type]) -> bool:
+def _are_alike(inference: "Inference", name: str, node: ast.Call, types: list[Type]) -> bool:
     """Whether the values of a call, or of the list that is written in it, go together."""
     values = list(zip(node.args, types, strict=True))
     if name == "linspace":
@@ -81,7 +59,7 @@ def _are_alike(inference: Inference, name: str, node: ast.Call, types: list[Type
     )
 
 
-def _own(inference: Inference, name: str, given: list[Type], named: dict[str, Type]) -> Type:
+def _own(inference: "Inference", name: str, given: list[Type], named: dict[str, Type]) -> Type:
     """What a function of the protocol's own returns; what cannot be its arguments is recorded."""
     function = inference.names.function(name)
     if function is None:
@@ -96,7 +74,7 @@ def _own(inference: Inference, name: str, given: list[Type], named: dict[str, Ty
     return function.returns
 
 
-def _result(inference: Inference, name: str, given: dict[str, Any]) -> Type:
+def _result(inference: "Inference", name: str, given: dict[str, Any]) -> Type:
     if name == "span":
         return _span(inference, given)
     if name == "grid":
@@ -119,7 +97,7 @@ def _result(inference: Inference, name: str, given: dict[str, Any]) -> Type:
     return {"len": INTEGER, "now": MOMENT, "elapsed": number("s")}.get(name, TEXT)
 
 
-def _calculation(inference: Inference, name: str, given: dict[str, Any]) -> Type:
+def _calculation(inference: "Inference", name: str, given: dict[str, Any]) -> Type:
     first = next(iter(given.values()), ANY)
     if not isinstance(first, Type):  # `zip` takes any number of lists
         return type_of_calculation(name, given)
@@ -142,7 +120,7 @@ def _calculation(inference: Inference, name: str, given: dict[str, Any]) -> Type
     return type_of_calculation(name, given)
 
 
-def _table(inference: Inference, node: ast.Call) -> Type:
+def _table(inference: "Inference", node: ast.Call) -> Type:
     given = [*node.args, *(keyword.value for keyword in node.keywords)]
     if len(node.args) != 1 or not all(_is_text(one) for one in given):
         message = "csv: the file and the kinds of its columns must be plain text"
@@ -151,7 +129,7 @@ def _table(inference: Inference, node: ast.Call) -> Type:
     return inference.noted(inference.names.table(node.args[0].value, kinds))  # type: ignore[attr-defined]
 
 
-def _span(inference: Inference, given: dict[str, Any]) -> Type:
+def _span(inference: "Inference", given: dict[str, Any]) -> Type:
     parts = [given[name] for name in ("start", "stop", "step")]
     united = next((part for part in parts if part.unit is not None), None)
     for name, part in zip(("start", "stop", "step"), parts, strict=True):
@@ -165,7 +143,7 @@ def _span(inference: Inference, given: dict[str, Any]) -> Type:
     return Type("list", item=number(united.unit) if united else NUMBER)
 
 
-def _grid(inference: Inference, given: dict[str, Any]) -> Type:
+def _grid(inference: "Inference", given: dict[str, Any]) -> Type:
     for name in ("x", "y"):
         axis = given.get(name)
         if axis is None:
@@ -178,7 +156,7 @@ def _grid(inference: Inference, given: dict[str, Any]) -> Type:
     return Type("list", item=fields(x=x, y=y, ix=INTEGER, iy=INTEGER, index=INTEGER))
 
 
-def _inside(inference: Inference, given: dict[str, Any]) -> Type:
+def _inside(inference: "Inference", given: dict[str, Any]) -> Type:
     for name in ("points", "outline"):
         values = given.get(name)
         if values is None:
