@@ -233,9 +233,7 @@ class Acting:
         told: dict[str, Any] = {
             "state": outcome.state, "result": outcome.result, "ended_at": now_iso(),
             "files": [content.path for content in outcome.files.values()],
-            "error": None if error is None else GoalError(
-                name=error.name, message=error.message, happened=error.happened
-            ),
+            "error": None if error is None else GoalError.of(error),
         }  # fmt: skip
         self._goals[id] = self._goals[id].model_copy(update=told)
         self._changed(id)

@@ -15,12 +15,10 @@ AXES: tuple[Axis, ...] = ("x", "y", "z")
 
 def action_form(name: str, action: Action, limits: Mapping[str, Limit]) -> ActionForm:
     """One action; minimum and maximum are those of this bench where they are narrower."""
-    return ActionForm(
-        name=name, summary=action.summary, params=narrowed(action, limits), returns=action.returns,
+    return ActionForm.of(
+        action, name=name, params=narrowed(action, limits), level=level_of(action),
         errors={error: said.summary for error, said in action.errors.items()},
-        effect=action.effect, danger=action.danger, level=level_of(action), cancel=action.cancel,
         duration_s=None if action.duration is None else seconds(action.duration),
-        interlock=action.interlock,
     )  # fmt: skip
 
 

@@ -20,12 +20,10 @@ def params_of(protocol: p.Protocol | None) -> list[ParamForm]:
 
 
 def _param(name: str, param: p.Param) -> ParamForm:
-    return ParamForm(
-        name=name, type=param.type, unit=param.unit, default=_plain(param.default),
-        required=param.default is None, minimum=_plain(param.minimum),
-        maximum=_plain(param.maximum), pattern=param.pattern,
+    return ParamForm.of(
+        param, name=name, default=_plain(param.default), required=param.default is None,
+        minimum=_plain(param.minimum), maximum=_plain(param.maximum),
         enum=None if param.enum is None else [_plain(one) for one in param.enum],
-        summary=param.summary,
     )  # fmt: skip
 
 

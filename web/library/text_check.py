@@ -5,7 +5,6 @@ from typing import Any, Literal, TypeVar
 
 from ...engine.lab.lab import load_lab
 from ...engine.lab_schema.schema import lab_schema
-from ...schemas.problem import Problem
 from ..local.refusal import Refusal
 from ..local.workers import Worker
 from ..models.base import ApiModel, FoundProblem
@@ -47,7 +46,8 @@ class TextCheck:
         """The JSON Schema of protocols for the present lab file."""
         lab, problems = load_lab(self._lab_file)
         if lab is None:
-            raise Refusal(422, "LAB", "the lab's file has problems", problems=_plain(problems))
+            plain = [FoundProblem.of(problem) for problem in problems]
+            raise Refusal(422, "LAB", "the lab's file has problems", problems=plain)
         return lab_schema(lab)
 
     async def view(self, view: View, asked: CheckText, kind: type[T]) -> T:
@@ -55,13 +55,3 @@ class TextCheck:
         text = asked.model_dump(include=set(CheckText.model_fields))
         told = {**self._place, "view": view, "text": text}
         return kind.model_validate(await self._worker.ask("look", told, self._timeout_s))
-
-
-def _plain(problems: list[Problem]) -> list[FoundProblem]:
-    return [
-        FoundProblem(
-            file=p.file, line=p.line, column=p.column, length=p.length, severity=p.severity,
-            code=p.code, message=p.message, hint=p.hint,
-        )
-        for p in problems
-    ]  # fmt: skip

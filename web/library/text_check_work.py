@@ -108,8 +108,5 @@ def _problem(problem: Problem, checked: Checked, folder: Path) -> FoundProblem:
     path = Path(problem.file)
     inside = path.is_absolute() and path.is_relative_to(folder)
     pointer = pointer_of(checked.source, problem) if checked.source is not None else None
-    return FoundProblem(
-        file=path.relative_to(folder).as_posix() if inside else problem.file, line=problem.line,
-        column=problem.column, length=problem.length, severity=problem.severity, code=problem.code,
-        message=problem.message, hint=problem.hint, pointer=pointer,
-    )  # fmt: skip
+    file = path.relative_to(folder).as_posix() if inside else problem.file
+    return FoundProblem.of(problem, file=file, pointer=pointer)

@@ -78,12 +78,11 @@ def _dangers(checked: Checked) -> dict[str, str | None]:
 
 
 def _track(path: Path, lab: LoadedLab | None) -> Track:
-    return Track(
-        device=path.plane.device, contract=path.plane.contract, area=_area(path.plane.area),
+    return Track.of(
+        path, device=path.plane.device, contract=path.plane.contract, area=_area(path.plane.area),
         allowed=_area(path.plane.allowed), x_mm=[one.x_mm for one in path.points],
         y_mm=[one.y_mm for one in path.points], track=[one.track for one in path.points],
-        joined=[one.joined for one in path.points], outside=path.outside, tracks=path.tracks,
-        keep_out=kept_out(lab, path.plane.device), unknown=path.unknown, length_mm=path.length_mm,
+        joined=[one.joined for one in path.points], keep_out=kept_out(lab, path.plane.device),
     )  # fmt: skip
 
 

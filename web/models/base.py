@@ -1,6 +1,6 @@
 """The base of all requests and answers of the page, and the form of a refusal."""
 
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -9,6 +9,12 @@ class ApiModel(BaseModel):
     """Unknown keys are errors; names are the same in Python, JSON and TypeScript."""
 
     model_config = ConfigDict(extra="forbid")
+
+    @classmethod
+    def of(cls, other: object, **more: Any) -> Self:
+        """Its fields as another object has them under the same names; `more` are those that differ."""
+        same = (name for name in cls.model_fields if name not in more and hasattr(other, name))
+        return cls(**{name: getattr(other, name) for name in same}, **more)
 
 
 class FoundProblem(ApiModel):

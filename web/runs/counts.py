@@ -59,11 +59,7 @@ class NodeCount:
         status: Status = self.last or "waiting"
         if self.running:
             status = "retrying" if self.retrying else "running"
-        return NodeState(
-            status=status, running=self.running, ok=self.ok, failed=self.failed,
-            skipped=self.skipped, unknown=self.unknown, retries=self.retries, last_s=self.last_s,
-            message=self.message,
-        )  # fmt: skip
+        return NodeState.of(self, status=status)
 
 
 @dataclass(slots=True)

@@ -84,12 +84,10 @@ class _Reader:
 
 
 def _begun(record: j.GoalSent, found: Found) -> ActionTold:
-    return ActionTold(
-        id=record.id, node=found.step.told.path, line=found.step.told.line,
-        device=record.device, action=record.action,
-        attempt=split_goal_id(record.id)[1], params=record.params,
-        state="EXECUTING", result=None, error=None, sent_at=record.at, ended_at=None,
-        seconds=None, files=[],
+    return ActionTold.of(
+        record, node=found.step.told.path, line=found.step.told.line,
+        attempt=split_goal_id(record.id)[1], state="EXECUTING", result=None, error=None,
+        sent_at=record.at, ended_at=None, seconds=None, files=[],
     )  # fmt: skip
 
 

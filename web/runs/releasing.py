@@ -69,11 +69,11 @@ class Releasing:
         record = self._prepared.pop(id).model_copy(update={"by": by.strip(), "at": now_iso()})
         path = self._runs / FOLDER / id / RECORD
         await to_thread(write_whole, path, record.model_dump_json(indent=1).encode())
-        return _told(record)
+        return Released.of(record)
 
     def all(self) -> list[Released]:
         """Those that no program has started yet, oldest first."""
-        return [_told(one) for one in releases(self._runs)]
+        return [Released.of(one) for one in releases(self._runs)]
 
     def take_back(self, id: str) -> None:
         """Delete a release, or what was prepared for one; raises Refusal (404)."""
@@ -84,10 +84,3 @@ class Releasing:
     def _delete(self, id: str) -> None:
         self._prepared.pop(id, None)
         shutil.rmtree(self._runs / FOLDER / id, ignore_errors=True)
-
-
-def _told(record: Release) -> Released:
-    return Released(
-        id=record.id, file=record.file, protocol=record.protocol, sha256=record.sha256,
-        params=record.params, by=record.by, at=record.at,
-    )  # fmt: skip

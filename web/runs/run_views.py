@@ -53,7 +53,7 @@ def head(run: OpenRun) -> RunHead:
         **summary(run).model_dump(), phase=picture.phase, pausing=run.pausing is not None,
         loops=[_loop(run, node) for node in _outline(run) if node.loop],
         under_way=[_now(run, one) for one in picture.under_way.values()],
-        open_questions=[_question(asked) for asked in picture.open_questions.values()],
+        open_questions=[Question.of(asked) for asked in picture.open_questions.values()],
         needs_you=_needs_you(run),
         per_minute=per_minute(first) if first is not None and run.live else None,
         retries=picture.retries, lines=len(picture.log),
@@ -104,10 +104,6 @@ def _loop(run: OpenRun, node: OutlineNode) -> Loop:
         skipped=sum(t.counts.get("skipped", 0) for t in tables),
         current=current[-1] if current else None, placed=bool(items and items.placed),
     )  # fmt: skip
-
-
-def _question(asked: j.Asked) -> Question:
-    return Question.model_validate(asked.model_dump(include=set(Question.model_fields)))
 
 
 def _now(run: OpenRun, one: Goal) -> Now:
