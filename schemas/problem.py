@@ -9,6 +9,11 @@ from .model import Model
 Severity = Literal["error", "warning"]
 
 
+def severity_of(code: str) -> Severity:
+    """By its letter: E101 is an error, W101 a warning."""
+    return "error" if code.startswith("E") else "warning"
+
+
 class Problem(Model):
     """One fault at one place. Lines and columns start at 1, as editors count."""
 

@@ -45,5 +45,5 @@ def _twice(context: Context, items: Sequence[Any], place: Place) -> Iterator[Pro
         if item in items[:index]:
             message = f"{words(item)} is listed twice"
             yield context.source.problem(
-                (*place, index), "W415", message, "remove one, or change it", severity="warning"
+                (*place, index), "W415", message, "remove one, or change it"
             )

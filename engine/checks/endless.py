@@ -81,9 +81,7 @@ def check(context: Context) -> Iterator[Problem]:
         if step.max is None and not constant(step.while_).known:
             message = "this `while` may run for ever: it has no `max`"
             hint = "add the most iterations that make sense, such as `max: 100`"
-            yield context.source.problem(
-                (*at.place, "while"), "W411", message, hint, key=True, severity="warning"
-            )
+            yield context.source.problem((*at.place, "while"), "W411", message, hint, key=True)
         if spot is not None and not isinstance(spot.value, Exception) and not spot.inferred()[1]:
             names = {name for one in spot.value.expressions() for name in one.names}
             yield from _unchanged(context, step, at, names)
@@ -115,4 +113,4 @@ def _unchanged(context: Context, step: While, at: StepAt, names: set[str]) -> It
         return
     message = "nothing in this loop changes what its condition depends on"
     hint = "use a name here that a `set` in the loop changes"
-    yield context.source.problem((*at.place, "while"), "W412", message, hint, severity="warning")
+    yield context.source.problem((*at.place, "while"), "W412", message, hint)

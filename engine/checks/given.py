@@ -94,7 +94,7 @@ def _unset(context: Context) -> Iterator[Problem]:
         for name in sorted(set(lacking) & visible.keys()):
             yield context.source.problem(
                 spot.place, "W421", f"{name} may have no value here: {_why(visible[name])}",
-                f"set it before, such as `set: {{{name}: null}}`", severity="warning",
+                f"set it before, such as `set: {{{name}: null}}`",
             )  # fmt: skip
 
 
@@ -244,9 +244,8 @@ def _twice(context: Context) -> Iterator[Problem]:
                         f"another member of the set gives {name} a value, too (line {known[2]})"
                     )
                     yield context.source.problem(
-                        place, "W422", message, "give each member a name of its own",
-                        key=True, severity="warning",
-                    )  # fmt: skip
+                        place, "W422", message, "give each member a name of its own", key=True
+                    )
 
 
 def _is_own(context: Context, at: StepAt, name: str, loops: set[Place], depth: int) -> bool:

@@ -45,9 +45,7 @@ def check(context: Context) -> Iterator[Problem]:
             continue
         ended.add(role)
         message = f"{step.do} is dangerous ({action.danger}), and no `finally` makes {role} safe"
-        yield context.source.problem(
-            (*at.place, "do"), "W410", message, _hint(role, bound), severity="warning"
-        )
+        yield context.source.problem((*at.place, "do"), "W410", message, _hint(role, bound))
 
 
 def _wants_an_end(bound: BoundRole, action: Action) -> bool:

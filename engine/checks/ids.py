@@ -90,9 +90,8 @@ def check(context: Context) -> Iterator[Problem]:
         if name in FUNCTIONS and name not in RESERVED:
             message = f"{name}(...) is the protocol's own function here, not that of the language"
             yield source.problem(
-                ("functions", name), "W423", message, "choose another name", key=True,
-                severity="warning",
-            )  # fmt: skip
+                ("functions", name), "W423", message, "choose another name", key=True
+            )
     for step, at in context.steps(Foreach):
         name = next(iter(step.foreach))
         around = [loop.name for loop in at.env.loops]
@@ -131,6 +130,4 @@ def _taken(
         yield context.source.problem(place, "E407", message, "choose another name", key=True)
     elif name in FUNCTIONS:
         message = f"{name} is a function's name, too: {name}(...) is still the function"
-        yield context.source.problem(
-            place, "W423", message, "choose another name", key=True, severity="warning"
-        )
+        yield context.source.problem(place, "W423", message, "choose another name", key=True)

@@ -78,7 +78,7 @@ def _empty(context: Context, spot: Spot) -> Iterator[Problem]:
     is_list = isinstance(folded.value, Sequence) and not isinstance(folded.value, str)
     if (is_list and len(folded.value) == 0) or (folded.value == 0 and spot.what == "repeat"):
         message = "this loop has no items: its steps never run"
-        yield context.source.problem(spot.place, "W404", message, severity="warning")
+        yield context.source.problem(spot.place, "W404", message)
 
 
 def _keys(context: Context, spot: Spot, loop: LoopName) -> Iterator[Problem]:

@@ -54,4 +54,4 @@ def _warning(
 ) -> Problem:
     message = f"this `{key}` is always {says}: {what}"
     hint = "make it depend on something, such as ${{ params.NAME }}, or remove it"
-    return context.source.problem(place, "W403", message, hint, severity="warning")
+    return context.source.problem(place, "W403", message, hint)

@@ -185,9 +185,7 @@ def _reservation(
     for inner, place in within(step, at.place):
         if isinstance(inner, Confirm | Ask):
             message = f"while a person is asked, nobody else can use {', '.join(step.reserve)}"
-            yield context.source.problem(
-                (*place, inner.KIND), "W424", message, "ask before", severity="warning"
-            )
+            yield context.source.problem((*place, inner.KIND), "W424", message, "ask before")
         key = "do" if isinstance(inner, Do) else "use" if isinstance(inner, Use) else "reserve"
         for device in sorted(_used(context, inner, place) - own):
             if inner is step or (device not in reserved and key != "reserve"):
@@ -206,9 +204,7 @@ def _kept_for_ever(context: Context, step: Group, at: StepAt) -> Iterator[Proble
             names = ", ".join(step.reserve)
             message = f"what runs beside this waits for {names} as long as this loop goes on"
             hint = "give the loop a `max`, or wait before the devices are reserved"
-            yield context.source.problem(
-                (*place, "while"), "W427", message, hint, severity="warning"
-            )  # fmt: skip
+            yield context.source.problem((*place, "while"), "W427", message, hint)
 
 
 def _runs_beside_others(context: Context, place: Place) -> bool:
@@ -270,9 +266,7 @@ def _between(context: Context, step: Foreach, at: StepAt) -> Iterator[Problem]:
         if before:
             message = f"between {before} and {inner.do}, another iteration may use what they use"
             hint = "keep both in one group with `reserve: [...]`"
-            yield context.source.problem(
-                (*place, "do"), "W425", message, hint, severity="warning"
-            )  # fmt: skip
+            yield context.source.problem((*place, "do"), "W425", message, hint)
             return
         if action.effect == "idempotent":
             seen[role.device] = moved = inner.do

@@ -59,9 +59,7 @@ def check(context: Context) -> Iterator[Problem]:
                 continue
             message = _why(spot, spot.value, len(loops))
             if message:
-                yield context.source.problem(
-                    spot.place, "W417", message, _hint(spot, spot.value), severity="warning"
-                )
+                yield context.source.problem(spot.place, "W417", message, _hint(spot, spot.value))
 
 
 def _why(spot: Spot, value: Value, loops: int) -> str:

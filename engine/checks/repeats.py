@@ -68,10 +68,10 @@ def check(context: Context) -> Iterator[Problem]:
             message = (
                 f"on_unknown does nothing here: {step.do} is {action.effect} and may be repeated"
             )
-            yield context.source.problem(place, "W406", message, severity="warning")
+            yield context.source.problem(place, "W406", message)
         elif step.on_unknown == "probe" and action.probe is None:
             message = f"{step.do} has no probe: a person is asked immediately"
-            yield context.source.problem(place, "W406", message, severity="warning")
+            yield context.source.problem(place, "W406", message)
 
 
 def _group(context: Context, at: StepAt) -> Iterator[Problem]:
@@ -79,9 +79,7 @@ def _group(context: Context, at: StepAt) -> Iterator[Problem]:
     if again is not None:
         message = f"this retry repeats {again}, which is `once` in its contract"
         hint = "put the `retry` on the action itself"
-        yield context.source.problem(
-            (*at.place, "retry"), "W405", message, hint, key=True, severity="warning"
-        )
+        yield context.source.problem((*at.place, "retry"), "W405", message, hint, key=True)
 
 
 def _once(context: Context, step: StepBase, place: Place) -> Iterator[str]:

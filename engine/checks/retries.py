@@ -76,7 +76,7 @@ def _useless(step: StepBase) -> str:
 def _warning(
     context: Context, place: Place, message: str, hint: str = "", *, key: bool = False
 ) -> Problem:
-    return context.source.problem(place, "W413", message, hint, key=key, severity="warning")
+    return context.source.problem(place, "W413", message, hint, key=key)
 
 
 def _numbers(context: Context, retry: int | Retry | None, place: Place) -> Iterator[Problem]:
@@ -114,4 +114,4 @@ def _open_fates(context: Context) -> Iterator[Problem]:
                 )
                 hint = "`on_unknown: probe | ask | skip | repeat` decides what happens then"
                 place = (*at.place, "retry", "on", index)
-                yield context.source.problem(place, "W414", message, hint, severity="warning")
+                yield context.source.problem(place, "W414", message, hint)

@@ -47,7 +47,7 @@ def check(context: Context) -> Iterator[Problem]:
             near = closest(name, whole)
             hint = f"did you mean {near}?" if near else "a misspelt name, or a file to be put there"
             message = f"no step writes it, and {fault}"
-            yield context.source.problem(spot.place, "W426", message, hint, severity="warning")
+            yield context.source.problem(spot.place, "W426", message, hint)
 
 
 def _may_be(name: str, written: str) -> bool:

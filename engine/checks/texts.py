@@ -49,7 +49,7 @@ def check(context: Context) -> Iterator[Problem]:
         if spot.use in BARE and isinstance(spot.raw, str) and NAMED.fullmatch(spot.raw):
             message = f"`{spot.raw}` without `${{{{ }}}}` is plain text and is not replaced"
             hint = f'write "${{{{ {spot.raw} }}}}" for the value of the expression'
-            yield context.source.problem(spot.place, "W101", message, hint, severity="warning")
+            yield context.source.problem(spot.place, "W101", message, hint)
     looks = list(texts_like_quantities(context))
     if not looks:
         return
@@ -60,7 +60,7 @@ def check(context: Context) -> Iterator[Problem]:
                 f"{name} is the text {value!r} here, but is used in calculations as a quantity"
             )
             hint = as_quantity(name, value)
-            yield context.source.problem(place, "W420", message, hint, severity="warning")
+            yield context.source.problem(place, "W420", message, hint)
 
 
 def texts_like_quantities(context: Context) -> Iterator[tuple[Place, str, str]]:

@@ -66,15 +66,13 @@ def check(context: Context) -> Iterator[Problem]:
         limit = step.timeout if step.timeout is not None else default
         if limit is None and action.duration is None and not action.takes:
             message = f"{step.do} may hang for ever: it has no timeout, and its contract gives no duration"
-            yield context.source.problem(
-                (*at.place, "do"), "W401", message, "add `timeout: 30 s`", severity="warning"
-            )
+            yield context.source.problem((*at.place, "do"), "W401", message, "add `timeout: 30 s`")
         usual, given = _usual_s(step, action), _seconds(limit)
         if usual is not None and given is not None and 0 < given < usual:
             place = (*at.place, "timeout") if step.timeout is not None else (*at.place, "do")
             usually = step.with_.get(action.takes, action.duration or f"{usual:g} s")
             message = f"{step.do} usually takes {usually}; the timeout of {limit} ends it early"
-            yield context.source.problem(place, "W402", message, severity="warning")
+            yield context.source.problem(place, "W402", message)
 
 
 def _usual_s(step: Do, action: Action) -> float | None:

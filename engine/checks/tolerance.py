@@ -44,7 +44,7 @@ def check(context: Context) -> Iterator[Problem]:
         message = f"all {total} iterations may fail: the loop stops only after {allowed} failures"
         hint = f"a limit from 0 to {total - 1} can be reached"
         place = (*at.place, "keep_going", "max_failed")
-        yield context.source.problem(place, "W416", message, hint, severity="warning")
+        yield context.source.problem(place, "W416", message, hint)
 
 
 def _total(step: LoopBase) -> int | None:

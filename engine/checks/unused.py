@@ -91,7 +91,7 @@ def check(context: Context) -> Iterator[Problem]:
 
 
 def _warning(context: Context, place: Place, code: str, message: str) -> Problem:
-    return context.source.problem(place, code, message, key=True, severity="warning")
+    return context.source.problem(place, code, message, key=True)
 
 
 def _names(context: Context) -> tuple[set[str], set[str]] | None:

@@ -239,7 +239,7 @@ def _check_driver(name: str, device: LabDevice, source: Source) -> Iterator[Prob
     if driver not in known:
         message = f"no driver {driver} is installed here{did_you_mean(driver, known)}"
         hint = f"known: {listed(sorted(known))}; one of your own is written ./my_driver.py:Class"
-        yield source.problem(("devices", name, "driver"), "W130", message, hint, severity="warning")
+        yield source.problem(("devices", name, "driver"), "W130", message, hint)
 
 
 def _check_limits(

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ...schemas.problem import Problem, Severity
+from ...schemas.problem import Problem, Severity, severity_of
 from .file_text import LARGEST, file_text
 from .yaml_lines import Lines
 from .yaml_looks import program
@@ -93,15 +93,18 @@ class Source:
 
     def problem(
         self, path: Path_, code: str, message: str, hint: str = "",
-        *, key: bool = False, severity: Severity = "error",
+        *, key: bool = False, severity: Severity | None = None,
     ) -> Problem:  # fmt: skip
-        """A problem at the place of a value, or of its key; the hint may say how YAML reads it."""
+        """A problem at the place of a value, or of its key; the hint may say how YAML reads it.
+
+        Its code says how severe it is, unless `severity` does.
+        """
         line, column, length = self.place(path, key=key)
         more = self._key_hint(path) if key else self._value_hint(path, code, message)
         hint = more or hint
         return Problem(
-            file=self.name, line=line, column=column, length=length, severity=severity,
-            code=code, message=message, hint=hint,
+            file=self.name, line=line, column=column, length=length,
+            severity=severity or severity_of(code), code=code, message=message, hint=hint,
         )  # fmt: skip
 
     def _value_hint(self, path: Path_, code: str, message: str) -> str:
@@ -171,6 +174,6 @@ def _problem(source: Source, fault: YamlFault) -> Problem:
         message += f"; it is already in line {source.lines.place(fault.first)[0]}"
     return Problem(
         file=source.name, line=line, column=column, length=length,
-        severity="error" if fault.code.startswith("E") else "warning",
+        severity=severity_of(fault.code),
         code=fault.code, message=message, hint=fault.hint,
     )  # fmt: skip

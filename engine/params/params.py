@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ...schemas.problem import Problem, Severity
+from ...schemas.problem import Problem
 from ...schemas.protocol import Param
 from ..language.source import Source
 from ..language.suggest import did_you_mean, listed
@@ -55,13 +55,12 @@ def _unknown(
 
 
 def _missing(name: str, param: Param, source: Source, needed: bool) -> Problem:
-    severity: Severity = "error" if needed else "warning"
     example = {"quantity": f'"1 {param.unit}"', "string": "TEXT", "boolean": "true"}.get(
         param.type, "1"
     )
     return source.problem(
         ("params", name), "E223" if needed else "W223", f"the parameter {name} has no value",
-        f"give it one: -p {name}={example}, or a `default:`", key=True, severity=severity,
+        f"give it one: -p {name}={example}, or a `default:`", key=True,
     )  # fmt: skip
 
 
