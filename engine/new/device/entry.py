@@ -50,7 +50,7 @@ def only(known: Described, patterns: str) -> Described:
         )
     ends = {known.config.get("abort"), *known.config.get("safe_state", [])}
     kept = {n: said for n, said in known.actions.items() if n in kept or n in ends}
-    return replace(known, actions=kept, unsure=known.unsure & kept.keys())
+    return replace(known, actions=kept)
 
 
 def entry_text(name: str, known: Described) -> str:

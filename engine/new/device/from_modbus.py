@@ -73,8 +73,7 @@ def describe(source: str) -> Described:
         "resource": "host:port, or a serial port with baud and parity",
         "unit": "its number on the line",
     }
-    unsure = frozenset(n for n, said in actions.items() if said.get("effect") == "once")
-    return Described("modbus", config, actions, notes, unsure)
+    return Described("modbus", config, actions, notes)
 
 
 def _register(row: Mapping[str, str]) -> tuple[str, Schema]:

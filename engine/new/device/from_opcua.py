@@ -46,8 +46,7 @@ def describe(source: str) -> Described:
         actions[name] = {**said, "effect": "idempotent" if stops else "once"}
         if stops:
             config["abort"] = name
-    unsure = frozenset(n for n, said in actions.items() if said.get("effect") == "once")
-    return Described("opcua", config, actions, unsure=unsure)
+    return Described("opcua", config, actions)
 
 
 async def _browsed(url: str) -> list[Found]:

@@ -47,7 +47,6 @@ def describe(source: str) -> Described:
     return Described(
         driver="ophyd", config=config, actions=actions,
         notes={"prefix": "that of its names in EPICS"},
-        unsure=frozenset(n for n, said in actions.items() if said.get("effect") == "once"),
     )  # fmt: skip
 
 

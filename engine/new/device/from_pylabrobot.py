@@ -27,14 +27,11 @@ DECK = "deck.json"
 
 
 def describe(source: str) -> Described:
-    """The machine behind `pylabrobot:MODULE.CLASS`; raises CannotMake."""
+    """The machine behind `pylabrobot:MODULE.CLASS`; raises CannotMake and OSError."""
     name = source.partition(":")[2]
-    try:
-        found = instrument_class("PyLabRobot", PACKAGE, name)
-        machine = instrument_class("PyLabRobot", PACKAGE, "machines.Machine")
-        resource = instrument_class("PyLabRobot", PACKAGE, "resources.Resource")
-    except OSError as fault:
-        raise CannotMake(str(fault)) from fault
+    found = instrument_class("PyLabRobot", PACKAGE, name)
+    machine = instrument_class("PyLabRobot", PACKAGE, "machines.Machine")
+    resource = instrument_class("PyLabRobot", PACKAGE, "resources.Resource")
     if not (isinstance(found, type) and issubclass(found, machine)):
         raise CannotMake(f"{name} is not a class of machines of PyLabRobot")
     base = {*dir(machine), *dir(resource)}
@@ -61,8 +58,7 @@ def describe(source: str) -> Described:
         notes["options"] = "in mm"
     if stops := [one for one in STOPS if one in actions]:
         config |= {"abort": stops[0], "safe_state": stops}
-    unsure = frozenset(n for n, said in actions.items() if said["effect"] == "once")
-    return Described("pylabrobot", config, actions, notes, unsure)
+    return Described("pylabrobot", config, actions, notes)
 
 
 def _actions(found: type, base: set[str]) -> Iterator[tuple[str, dict[str, Any]]]:

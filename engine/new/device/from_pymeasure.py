@@ -19,12 +19,9 @@ KINDS = {"boolean": r"\bbool", "string": r"\bstr(ing)?\b", "array": r"\barray\b|
 
 
 def describe(source: str) -> Described:
-    """The instrument behind `pymeasure:MODULE.CLASS`; raises CannotMake."""
+    """The instrument behind `pymeasure:MODULE.CLASS`; raises CannotMake and OSError."""
     instrument = source.partition(":")[2]
-    try:
-        found = instrument_class("PyMeasure", PACKAGE, instrument)
-    except OSError as fault:
-        raise CannotMake(str(fault)) from fault
+    found = instrument_class("PyMeasure", PACKAGE, instrument)
     actions = dict(_actions(found))
     if not actions:
         raise CannotMake(
@@ -36,7 +33,6 @@ def describe(source: str) -> Described:
         config={"instrument": instrument, "resource": "GPIB0::22::INSTR"},
         notes={"resource": "where it is, as VISA names it"},
         actions=actions,
-        unsure=frozenset(name for name, said in actions.items() if "call" in said),
     )
 
 

@@ -31,12 +31,9 @@ LEFT_OUT = {"IDN", "timeout"}
 
 
 def describe(source: str) -> Described:
-    """The instrument behind `qcodes:MODULE.CLASS`; raises CannotMake."""
+    """The instrument behind `qcodes:MODULE.CLASS`; raises CannotMake and OSError."""
     name = source.partition(":")[2]
-    try:
-        found = instrument_class("QCoDeS", PACKAGE, name)
-    except OSError as fault:
-        raise CannotMake(str(fault)) from fault
+    found = instrument_class("QCoDeS", PACKAGE, name)
     actions, config = _known(name, found)
     if not actions:
         raise CannotMake(f"{name} has no parameters or methods that could be actions")
@@ -45,7 +42,6 @@ def describe(source: str) -> Described:
         config={"instrument": name, **config},
         notes={"resource": "where it is, as VISA names it"},
         actions=actions,
-        unsure=frozenset(name for name, said in actions.items() if "call" in said),
     )
 
 

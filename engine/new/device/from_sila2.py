@@ -56,8 +56,7 @@ def describe(source: str) -> Described:
     for name in STOPS & actions.keys():
         if "params" not in actions[name]:
             config["abort"] = name
-    unsure = frozenset(n for n, said in actions.items() if said.get("effect") == "once")
-    return Described("sila2", config, actions, unsure=unsure)
+    return Described("sila2", config, actions)
 
 
 def _actions(client: Any) -> Iterator[tuple[str, Schema]]:

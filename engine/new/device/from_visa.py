@@ -39,10 +39,9 @@ def describe(source: str) -> Described:
     actions: dict[str, Schema] = {"identity": IDENTITY, "reset": RESET}
     for line in headers:
         actions |= _actions(line.strip())
-    unsure = frozenset(n for n, said in actions.items() if said.get("effect") == "once")
     config = {"resource": resource, "idn": model}
     notes = {"idn": f"{identity}; it said {len(headers)} commands of its own"}
-    return Described("scpi", config, actions, notes, unsure)
+    return Described("scpi", config, actions, notes)
 
 
 async def _asked(resource: str) -> tuple[str, list[str]]:

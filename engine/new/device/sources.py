@@ -1,7 +1,7 @@
 """What a device can be made from: `labrun new device NAME --from SCHEME:...`, a module each.
 
 A module's `describe(source)` takes the whole text behind `--from`, returns what is known of the
-instrument, and raises CannotMake with a sentence.
+instrument, and raises CannotMake or OSError with a sentence.
 """
 
 import sys
@@ -42,15 +42,18 @@ SOURCES = {
 class Described:
     """An instrument as its source knows it, in the words of a lab entry.
 
-    `config` is without `actions`. `notes` explain keys of `config` that only the reader can say;
-    `unsure` are the actions whose effect nobody knows but the reader.
+    `config` is without `actions`. `notes` explain keys of `config` that only the reader can say.
     """
 
     driver: str
     config: Mapping[str, Any]
     actions: Mapping[str, Mapping[str, Any]]
     notes: Mapping[str, str] = field(default_factory=dict)
-    unsure: frozenset[str] = frozenset()
+
+    @property
+    def unsure(self) -> set[str]:
+        """The actions whose effect nobody knows but the reader: `once` is the cautious guess."""
+        return {name for name, said in self.actions.items() if said.get("effect") == "once"}
 
 
 def described(source: str) -> Described:
@@ -67,4 +70,7 @@ def described(source: str) -> Described:
         )
     if (here := str(Path.cwd())) not in sys.path:  # a class in a file beside the lab
         sys.path.append(here)
-    return import_module(f".{SOURCES[scheme].module}", __package__).describe(source)
+    try:
+        return import_module(f".{SOURCES[scheme].module}", __package__).describe(source)
+    except OSError as fault:  # its library, or the instrument, is not there
+        raise CannotMake(str(fault)) from fault

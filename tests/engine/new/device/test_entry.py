@@ -17,7 +17,6 @@ KNOWN = Described(
         "stop": {"call": "stop", "effect": "idempotent"},
     },
     notes={"instrument": "its class"},
-    unsure=frozenset({"home"}),
 )
 
 
