@@ -1,22 +1,7 @@
 """`labrun mcp`: serve agents over stdin and stdout."""
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
-
-from ...engine.commands.options import fail, usable_lab
-
-Folder = Annotated[
-    Path | None, typer.Argument(help="Folder of the protocols; the current folder by default.")
-]
-Lab = Annotated[
-    Path | None, typer.Option("--lab", help="The lab file; the simulated lab by default.")
-]
-Runs = Annotated[
-    Path | None,
-    typer.Option("--runs", help="Folder of the runs; `runs` beside the protocols by default."),
-]
+from ...engine.commands.options import usable_lab
+from ..local.options import Folder, Lab, Runs, protocol_folder
 
 
 def mcp(folder: Folder = None, lab: Lab = None, runs: Runs = None) -> None:
@@ -25,8 +10,6 @@ def mcp(folder: Folder = None, lab: Lab = None, runs: Runs = None) -> None:
 
     from .server import serve
 
-    protocols = (folder or Path()).resolve()
-    if not protocols.is_dir():
-        fail(f"{folder} is not a folder; give the folder with your protocols")
+    protocols = protocol_folder(folder)
     usable_lab(lab)
     asyncio.run(serve(protocols, (runs or protocols / "runs").resolve(), lab and lab.resolve()))

@@ -8,6 +8,7 @@ import typer
 
 from ...engine.commands.options import fail, failing_on, usable_lab
 from ...engine.exit_status import NOT_REACHED
+from ..local.options import Host, Lab, Port, TokenFile
 
 if TYPE_CHECKING:
     from ...engine.lab.lab import LoadedLab
@@ -15,9 +16,6 @@ if TYPE_CHECKING:
 
 PORT = 9090
 
-Lab = Annotated[
-    Path | None, typer.Option("--lab", help="The lab file; the simulated lab by default.")
-]
 Interfaces = Annotated[
     Path | None,
     typer.Option(
@@ -29,17 +27,12 @@ RosArgs = Annotated[
     str,
     typer.Option("--ros-args", help="As of any node: `--ros-args -r __ns:=/bench -r __node:=lab`."),
 ]
-Port = Annotated[int, typer.Option("--port", min=0, max=65535, help="0 picks a free port.")]
-Host = Annotated[str, typer.Option("--host", help="Address to listen on.")]
 Token = Annotated[
     str | None,
     typer.Option(
         "--token",
         help="Required from every client; or set LABRUN_ROS_TOKEN. On this machine one is made.",
     ),
-]
-TokenFile = Annotated[
-    Path | None, typer.Option("--token-file", help="The file that holds it, unseen by `ps`.")
 ]
 NoToken = Annotated[
     bool,

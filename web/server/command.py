@@ -9,17 +9,13 @@ import typer
 
 from ...engine.commands.options import fail, failing_on, usable_lab
 from ...engine.exit_status import NOT_REACHED
+from ..local.options import Folder, Host, Lab, Port, Runs, TokenFile, protocol_folder
 
 if TYPE_CHECKING:
     from ..app_state.state import Options
 
 PORT = 8321
 
-Folder = Annotated[
-    Path | None, typer.Argument(help="Folder of the protocols; the current folder by default.")
-]
-Port = Annotated[int, typer.Option("--port", min=0, max=65535, help="0 picks a free port.")]
-Host = Annotated[str, typer.Option("--host", help="Address to listen on.")]
 Token = Annotated[
     str | None,
     typer.Option(
@@ -27,19 +23,9 @@ Token = Annotated[
         help="Required from every browser; or set LABRUN_WEB_TOKEN. On this machine one is made.",
     ),
 ]
-TokenFile = Annotated[
-    Path | None, typer.Option("--token-file", help="The file that holds it, unseen by `ps`.")
-]
 NoToken = Annotated[
     bool,
     typer.Option("--no-token", help="Let in every user and program of this machine, unasked."),
-]
-Lab = Annotated[
-    Path | None, typer.Option("--lab", help="The lab file; the simulated lab by default.")
-]
-Runs = Annotated[
-    Path | None,
-    typer.Option("--runs", help="Folder of the runs; `runs` beside the protocols by default."),
 ]
 Demo = Annotated[
     bool, typer.Option("--demo", help="Serve a simulated bench with data in a temporary folder.")
@@ -91,10 +77,8 @@ def web(
             )
             _serve(options, browser=not no_browser)
         return
-    protocols = (folder or Path()).resolve()
-    if not protocols.is_dir():
-        fail(f"{folder} is not a folder; give the folder with your protocols")
-    _serve(_options(protocols, host, port, known, lab, runs, check_timeout), browser=not no_browser)
+    options = _options(protocol_folder(folder), host, port, known, lab, runs, check_timeout)
+    _serve(options, browser=not no_browser)
 
 
 def _options(
