@@ -5,6 +5,7 @@ cancels the task; `keep` is for loops that have to go on as long as their owner 
 """
 
 import asyncio
+import contextlib
 import logging
 from collections.abc import Awaitable, Callable, Coroutine, Iterable
 from typing import Any, TypeVar
@@ -80,3 +81,12 @@ async def end(*tasks: asyncio.Future[Any] | None) -> None:
 async def first_of(tasks: Iterable[asyncio.Future[Any]], timeout_s: float | None = None) -> None:
     """Wait until one of the tasks has ended, or until the time is up; cancels none of them."""
     await asyncio.wait(tasks, timeout=timeout_s, return_when=asyncio.FIRST_COMPLETED)
+
+
+async def in_time(work: Awaitable[object], seconds: float) -> bool:
+    """Await this for so long at most, and cancel it then; whether it ended in time."""
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(seconds):
+            await work
+        return True
+    return False

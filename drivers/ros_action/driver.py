@@ -13,7 +13,7 @@ import time
 from typing import Any, ClassVar
 from uuid import uuid4
 
-from ...system.tasks import end, first_of, spawn
+from ...system.tasks import end, first_of, in_time, spawn
 from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
 from .bridge import ABORTED, CANCELED, SUCCEEDED, Bridge, Gone, Rejected, Sent, Values
 from .config import Config, RosGoal, RosStatus, read_config
@@ -88,9 +88,7 @@ class RosAction(Driver):
             await self._do(action, GoalContext(f"safe:{action}"))
         if self._config.status:  # its current value is outdated
             self._told.clear()
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(STATUS_S):
-                    await self._told.wait()
+            await in_time(self._told.wait(), STATUS_S)
 
     async def _do(self, name: str, goal: GoalContext, **params: Any) -> Values:
         ros = self._config.actions[name]

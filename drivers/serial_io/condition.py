@@ -1,8 +1,9 @@
 """Wait until incoming data makes a condition true."""
 
 import asyncio
-import contextlib
 from collections.abc import Callable
+
+from ...system.tasks import in_time
 
 
 class Condition(asyncio.Event):
@@ -17,7 +18,5 @@ class Condition(asyncio.Event):
             left = end - clock()
             if left <= 0:
                 return False
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(left):
-                    await self.wait()
+            await in_time(self.wait(), left)
         return True

@@ -12,7 +12,7 @@ from contextlib import asynccontextmanager, suppress
 from importlib.metadata import entry_points
 
 from ...system.process import start_python
-from ...system.tasks import end, spawn
+from ...system.tasks import end, in_time, spawn
 from ..run.run import Run
 from .draw_live import GROUP
 
@@ -58,10 +58,7 @@ async def _end(process: asyncio.subprocess.Process) -> None:
     """It ends with its input, but never in the middle of a file."""
     assert process.stdin is not None
     process.stdin.close()
-    try:
-        async with asyncio.timeout(END_S):
-            await process.wait()
-    except TimeoutError:
+    if not await in_time(process.wait(), END_S):
         with suppress(ProcessLookupError):
             process.kill()
         await process.wait()

@@ -15,7 +15,7 @@ from pathlib import Path
 from random import Random
 from typing import TypeVar
 
-from ...system.tasks import spawn
+from ...system.tasks import in_time, spawn
 from ..control.server import NotLive, ask_run
 from .accounts import Account, account
 from .bench import Bench
@@ -74,7 +74,7 @@ class Campaign:
         aborted = False
         try:
             while kill is not None and kill.after_s is not None:
-                if await _ended(process, kill.after_s):
+                if await in_time(process.wait(), kill.after_s):
                     break
                 aborted = kill.whom == "abort"
                 self._strike(process, kill)
@@ -174,7 +174,7 @@ class Campaign:
 
     async def _end_of(self, process: asyncio.subprocess.Process) -> None:
         clock = asyncio.get_running_loop().time
-        while not await _ended(process, 1.0):
+        while not await in_time(process.wait(), 1.0):
             if clock() - self._heard_at > STILL_S:
                 self._breach("end", f"it printed nothing for {STILL_S:g} s and was killed")
                 process.kill()
@@ -226,12 +226,3 @@ class Campaign:
     def _breach(self, promise: str, text: str) -> None:
         name = self.run.name if self.run else self.folder.name
         self.breaches.append(Breach(promise, name, text))
-
-
-async def _ended(process: asyncio.subprocess.Process, timeout_s: float) -> bool:
-    try:
-        async with asyncio.timeout(timeout_s):
-            await process.wait()
-    except TimeoutError:
-        return False
-    return True

@@ -1,7 +1,6 @@
 """One device of the bench: its server started or found, its link kept, its current state."""
 
 import asyncio
-import contextlib
 import math
 import time
 from collections.abc import Callable
@@ -13,7 +12,7 @@ from ...drivers.client.launch import RunningServer, ServerFailed
 from ...engine.lab.lab import LoadedLab
 from ...schemas.contract import Contract
 from ...schemas.lab import LabDevice
-from ...system.tasks import end, keep
+from ...system.tasks import end, in_time, keep
 from ..local.clock import now_iso
 from ..local.device_server import greet, serve_here
 from ..local.refusal import Refusal
@@ -183,9 +182,7 @@ class DeviceLink:
                 raise
             finally:
                 await self._drop()
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(AGAIN_S):
-                    await self._now.wait()
+            await in_time(self._now.wait(), AGAIN_S)
             self._now.clear()
 
     async def _connect(self) -> None:

@@ -1,7 +1,6 @@
 """Start and resume runs, each in a separate engine that is found again after a restart."""
 
 import asyncio
-import contextlib
 import json
 import os
 import subprocess
@@ -16,7 +15,7 @@ from ...engine.control.server import FILE
 from ...engine.run.labels import LAUNCH
 from ...system.files import remove, write_whole
 from ...system.process import alive
-from ...system.tasks import end, spawn
+from ...system.tasks import end, in_time, spawn
 from ..access.headers import Deadline
 from ..devices.devices import DeviceLinks
 from ..library.form import hazards_of
@@ -231,9 +230,7 @@ class Launching:
         }  # fmt: skip
         self._follow(found)  # it frees the devices, even if the record cannot be written
         write_whole(self._state / f"{id}.json", json.dumps(record).encode())
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(ANSWER_S):
-                await found.known.wait()
+        await in_time(found.known.wait(), ANSWER_S)
         return found.state_now()
 
     def _follow(self, found: _Launched) -> None:

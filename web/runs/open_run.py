@@ -12,7 +12,7 @@ from ...engine.control.server import FILE, NotLive
 from ...engine.journal.journal import CHUNK, Follower, JournalFault
 from ...engine.run.folder import JOURNAL
 from ...schemas.journal import JournalRecord
-from ...system.tasks import end, spawn
+from ...system.tasks import end, in_time, spawn
 from ..library.timings import Timings
 from ..local.clock import iso
 from ..models.runs import Fate, Launch
@@ -116,9 +116,7 @@ class OpenRun:
         if (self._listening is None or self._listening.done()) and (self.folder / FILE).exists():
             self._answered.clear()
             self._listening = spawn(f"listen to the engine of {self.id}", self._hear())
-            with contextlib.suppress(TimeoutError):  # it is heard when it answers
-                async with asyncio.timeout(ANSWER_S):
-                    await self._answered.wait()
+            await in_time(self._answered.wait(), ANSWER_S)  # it is heard when it answers
 
     async def over(self) -> None:
         """Wait until the engine has disconnected."""

@@ -14,6 +14,7 @@ from ...drivers.server.host import _host_text as host_text
 from ...drivers.server.listen import bind, listening
 from ...engine.lab.lab import LoadedLab
 from ...system.signals import until_end
+from ...system.tasks import in_time
 from ..access.gate import Gate
 from ..app_state.state import AppState, Options, opened
 from .app import API, make_app
@@ -90,9 +91,7 @@ async def _end_runs(app_state: AppState) -> None:
     """The runs of a demonstration end with it, since its folder is deleted."""
     if app_state.runs.live_runs():
         await app_state.stopping.stop_all()
-    with contextlib.suppress(TimeoutError):
-        async with asyncio.timeout(END_S):
-            await asyncio.gather(*(run.over() for run in app_state.runs.live_runs()))
+    await in_time(asyncio.gather(*(run.over() for run in app_state.runs.live_runs())), END_S)
 
 
 def free(host: str, port: int) -> bool:

@@ -1,7 +1,8 @@
 """The clock of a twin: real seconds, scaled seconds, or seconds that are only counted."""
 
 import asyncio
-from contextlib import suppress
+
+from ....system.tasks import in_time
 
 TICKS_S = {"real": 0.05, "fast": float("inf"), "rehearsal": 1.0}
 
@@ -40,9 +41,7 @@ class Clock:
         if self.fast:
             await asyncio.sleep(0)
         else:
-            with suppress(TimeoutError):
-                async with asyncio.timeout(seconds * self.slower / self.speed):
-                    await stop.wait()
+            await in_time(stop.wait(), seconds * self.slower / self.speed)
         self.elapsed_s += seconds
         return stop.is_set()
 
