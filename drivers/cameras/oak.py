@@ -9,14 +9,11 @@ camera itself straightens its pictures, by the lens that its maker has stored in
 # pyright: reportMissingImports=false
 
 from datetime import timedelta
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from ..driver import Place
 from .folder import Shot
-from .still_camera import ANSWER_S, LibrarySource, StillCamera, above_zero, depth_view, picture_size
-
-if TYPE_CHECKING:
-    from .vision.view import View
+from .still_camera import ANSWER_S, LibrarySource, StillCamera, above_zero, picture_size
 
 OPTIONS = ("device", "size", "answer_s")
 SIZE = 1280, 720
@@ -43,9 +40,6 @@ class Oak(StillCamera):
     @property
     def lens(self) -> str:
         return f"OAK {self.device.id}"
-
-    def view(self, shot: Shot) -> "View":
-        return depth_view(shot, self.x_runs)
 
 
 class OakDevice(LibrarySource):

@@ -16,13 +16,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from ...system.extras import not_installed
 from ..driver import Place
 from .folder import Shot
-from .still_camera import ANSWER_S, LibrarySource, StillCamera, above_zero, depth_view, picture_size
+from .still_camera import ANSWER_S, LibrarySource, StillCamera, above_zero, picture_size
 
 if TYPE_CHECKING:
     import numpy as np
 
     from .vision.intrinsics import Intrinsics
-    from .vision.view import View
 
 OPTIONS = ("serial", "recording", "size", "answer_s")
 WARM, STALE = 30, 1
@@ -50,9 +49,6 @@ class RealSense(StillCamera):
     @property
     def lens(self) -> str:
         return f"RealSense {self.device.serial}"
-
-    def view(self, shot: Shot) -> "View":
-        return depth_view(shot, self.x_runs)
 
 
 class RealSenseDevice(LibrarySource):

@@ -94,9 +94,15 @@ class StillCamera(DepthCamera):
     def lens(self) -> str:
         """The lens for which a position holds, by name."""
 
-    @abstractmethod
     def view(self, shot: Shot) -> "View":
-        """A shot as something that can be measured in; raises ActionFailed."""
+        """A shot as something that can be measured in; of a camera that knows its lens and sees depth.
+
+        Raises ActionFailed.
+        """
+        from .vision.view import DepthView
+
+        assert shot.depth is not None and shot.eye is not None
+        return DepthView(shot.picture, shot.depth, shot.eye, self.x_runs, shot.reach_mm)
 
     async def open(self) -> None:
         await self.worked(self.source.open)
@@ -139,14 +145,6 @@ class StillCamera(DepthCamera):
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             self.calibrated_by = None
             return None
-
-
-def depth_view(shot: Shot, x_runs: str) -> "View":
-    """What a camera saw that knows its own lens and sees depth; raises ActionFailed."""
-    from .vision.view import DepthView
-
-    assert shot.depth is not None and shot.eye is not None
-    return DepthView(shot.picture, shot.depth, shot.eye, x_runs, shot.reach_mm)
 
 
 def picture_size(config: dict[str, Any]) -> tuple[int, int] | None:
