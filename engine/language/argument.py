@@ -21,7 +21,7 @@ from ...schemas.quantity import (
 from .moments import moment_text
 from .operators import words
 from .suggest import did_you_mean, listed
-from .wanted import TYPE_WORDS, ArgumentFault, Wanted, check_limit, outside, wants
+from .wanted import TYPE_WORDS, ArgumentFault, Wanted, check_limit, outside, quotes_for_text, wants
 from .yaml_traps import COMMA
 
 
@@ -126,7 +126,7 @@ def _in_words(fault: Any, value: Any, wanted: Wanted) -> ArgumentFault:
             said = f"this is {is_what}"
         return there.fault(
             f"{said}, the device wants {wants(schema)}",
-            _quotes(fault.instance, schema),
+            quotes_for_text(fault.instance, schema),
             path=path,
         )
     if kind == "enum":
@@ -154,11 +154,6 @@ def plain(fault: Any) -> str:
     """The message of jsonschema, if it is short."""
     text = str(fault.message)
     return text if len(text) < 200 else f"does not fit the contract's {fault.validator}"
-
-
-def _quotes(value: Any, schema: Mapping[str, Any]) -> str:
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return f'write "{value}" for text' if is_number and schema.get("type") == "string" else ""
 
 
 def _json_type(value: Any) -> str:

@@ -66,6 +66,12 @@ def wants(schema: Mapping[str, Any]) -> str:
     return " or ".join(said).replace("a number", "a plain number") or "another value"
 
 
+def quotes_for_text(value: Any, schema: Mapping[str, Any]) -> str:
+    """The hint for a number where text is expected; else nothing."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return f'write "{value}" for text' if is_number and schema.get("type") == "string" else ""
+
+
 def bounds(schema: Mapping[str, Any], limit: Limit | None) -> tuple[float | None, float | None]:
     """The lowest and highest number allowed by the contract and this bench together."""
     lows = [

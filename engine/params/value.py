@@ -11,7 +11,7 @@ from ..language.grid import Lazy
 from ..language.operators import words
 from ..language.source import parse_source
 from ..language.suggest import did_you_mean, listed
-from ..language.wanted import wants
+from ..language.wanted import quotes_for_text, wants
 
 LONGEST_TEXT = 10_000
 _NOWHERE = Path("-p")
@@ -136,13 +136,8 @@ def _item(param: Param, value: Any, index: int) -> Any:
         raise ParamFault("E224", f"items: {wrong.message}") from wrong
     if fault is not None:
         message = f"item {words(value)} is not {wants(schema)}"
-        raise ParamFault("E221", message, _quotes(schema, value), path=(index,))
+        raise ParamFault("E221", message, quotes_for_text(value, schema), path=(index,))
     return value
-
-
-def _quotes(schema: dict[str, Any], value: Any) -> str:
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return f'write "{value}" for text' if is_number and schema.get("type") == "string" else ""
 
 
 def _check_range(param: Param, value: Any) -> None:
