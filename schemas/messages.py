@@ -1,5 +1,6 @@
 """The messages between engine and device server on the namespace `/action`."""
 
+from hashlib import sha256
 from typing import Any, Literal
 
 from pydantic import Field
@@ -39,6 +40,11 @@ class FileContent(Model):
     path: str
     sha256: str
     data: bytes
+
+    @classmethod
+    def of(cls, path: str, data: bytes) -> "FileContent":
+        """A file as it is sent."""
+        return cls(path=path, sha256=sha256(data).hexdigest(), data=data)
 
 
 class Goal(Model):

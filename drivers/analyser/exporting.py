@@ -2,7 +2,6 @@
 
 import errno
 import time
-from hashlib import sha256
 
 from ...schemas.messages import FileContent
 from ..driver import ActionFailed, GoalContext
@@ -112,9 +111,8 @@ class Exporting:
 
     def handed_over(self, goal: GoalContext, data: bytes, file: str) -> dict[str, str]:
         """The result of the action, with the file beside it."""
-        digest = sha256(data).hexdigest()
-        goal.files["file"] = FileContent(path=file, sha256=digest, data=data)
-        return {"file": file, "sha256": digest}
+        goal.files["file"] = sent = FileContent.of(file, data)
+        return {"file": file, "sha256": sent.sha256}
 
 
 def failed_to_keep(device: str, shot: str, folder: str, fault: OSError) -> ActionFailed:

@@ -2,7 +2,6 @@
 
 import asyncio
 from collections.abc import Callable, Sequence
-from hashlib import sha256
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ...schemas.messages import FileContent
@@ -50,9 +49,11 @@ class DepthCamera(Driver):
     ) -> dict[str, Any]:
         view = await self.look("capture", goal)
         told: dict[str, Any] = {"image": image}
-        _give(goal, "image", image, await self.worked(measure.picture_png, view))
+        picture = await self.worked(measure.picture_png, view)
+        goal.files["image"] = FileContent.of(image, picture)
         if depth is not None:
-            _give(goal, "depth", depth, await self.worked(measure.depth_png, view))
+            far = await self.worked(measure.depth_png, view)
+            goal.files["depth"] = FileContent.of(depth, far)
             told["depth"] = depth
         return {**told, "width": view.eye.width, "height": view.eye.height}
 
@@ -110,7 +111,3 @@ def _told(fit: "Calibration") -> dict[str, Any]:
         "tilt": round(fit.pose.tilt_deg, 3), "board_x": round(fit.board.x_mm, 3),
         "board_y": round(fit.board.y_mm, 3), "board_angle": round(fit.board.angle_deg, 3),
     }  # fmt: skip
-
-
-def _give(goal: GoalContext, name: str, path: str, data: bytes) -> None:
-    goal.files[name] = FileContent(path=path, sha256=sha256(data).hexdigest(), data=data)

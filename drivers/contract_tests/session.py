@@ -5,7 +5,6 @@ import itertools
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +48,7 @@ class Session:
             id=f"run/{action}/{next(_numbers)}", device=self.case.device, action=action,
             boot=self.client.boot, epoch=self.client.epoch(self.case.device), params=params,
             timeout_s=timeout_s,
-            files={name: _file(str(params[name]), self.case.files[name])
+            files={name: FileContent.of(str(params[name]), self.case.files[name])
                    for name in read if name in params},
         )  # fmt: skip
 
@@ -176,7 +175,3 @@ def _note_calls(driver: Any, calls: list[str]) -> None:
         return noted
 
     driver.method = method
-
-
-def _file(path: str, data: bytes) -> FileContent:
-    return FileContent(path=path, sha256=sha256(data).hexdigest(), data=data)

@@ -6,7 +6,6 @@ seed), `interlock` (closed or open). Without such a gantry, it is at the origin.
 
 import asyncio
 import math
-from hashlib import sha256
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ...schemas.messages import FileContent
@@ -95,9 +94,8 @@ class SimLibs(Twin):
         await self.clock.sleep(EXPORT_S)
         with self.failing("export", goal):
             data = self.shots.csv(kept)
-            digest = sha256(data).hexdigest()
-            goal.files["file"] = FileContent(path=file, sha256=digest, data=data)
-        return {"file": file, "sha256": digest}
+            goal.files["file"] = sent = FileContent.of(file, data)
+        return {"file": file, "sha256": sent.sha256}
 
     async def disarm(self, goal: GoalContext) -> dict[str, Any]:
         await self.safe()

@@ -6,7 +6,6 @@ The config is the same. What is set is remembered and read back, a count goes up
 
 import functools
 from dataclasses import replace
-from hashlib import sha256
 from importlib import import_module
 from typing import Any, ClassVar
 
@@ -101,7 +100,7 @@ class SaidTwin(Twin):
         if field == "goal_id" and name in {LAST_ONCE, *(a.probe for a in self.actions.values())}:
             return (self.truth.entry(len(self.truth)) or {"goal": ""})["goal"]
         if field in action.path_params()[1]:
-            empty = FileContent(path=str(values[field]), sha256=sha256(b"").hexdigest(), data=b"")
+            empty = FileContent.of(str(values[field]), b"")
             goal.files[field] = empty
             return values[field]
         key = self._key(name, field, values)

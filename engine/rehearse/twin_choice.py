@@ -1,7 +1,6 @@
 """What plays each device in a rehearsal: the lab's own twins, twins of its contracts, or stand-ins."""
 
 import asyncio
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,6 @@ from ..lab.lab import LoadedLab
 
 COMPUTING = {"reducer": "the reduction itself", "gp": "the optimizer itself"}
 """Drivers that move nothing: in a rehearsal they do what they always do."""
-EMPTY = sha256(b"").hexdigest()
 
 
 def player(name: str, lab: LoadedLab) -> tuple[type[Driver], dict[str, Any], str]:
@@ -93,7 +91,7 @@ def stand_in(contract: Contract) -> type[Driver]:
             for field, schema in wanted.returns.get("properties", {}).items():
                 result[field] = plainest(schema, params.get(field))
                 if schema.get("format") == "path":
-                    empty = FileContent(path=str(result[field]), sha256=EMPTY, data=b"")
+                    empty = FileContent.of(str(result[field]), b"")
                     goal.files[field] = empty
             return result
 

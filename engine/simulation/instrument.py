@@ -11,7 +11,6 @@ from ...schemas.contract import Contract
 from ...schemas.messages import FileContent
 from ...schemas.plainest import plainest
 from ...system.tasks import spawn
-from ..rehearse.twin_choice import EMPTY
 from .process import living
 
 STRANGER = "elsewhere/"
@@ -130,7 +129,7 @@ def driver_of(instrument: Instrument) -> type[Driver]:
                 for name, schema in told.returns.get("properties", {}).items()
             }
             for name in told.returned_paths():
-                goal.files[name] = FileContent(path=str(result[name]), sha256=EMPTY, data=b"")
+                goal.files[name] = FileContent.of(str(result[name]), b"")
             if told.effect != "pure":
                 await _end_of(instrument, goal, named, params)
             elif named in probes:
