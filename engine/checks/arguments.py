@@ -118,7 +118,7 @@ DO = set(keys_of(Do))
 
 def check(context: Context) -> Iterator[Problem]:
     """Every `do` whose action is known."""
-    for step, at, bound, action in context.actions():
+    for step, at, bound, action in context.survey.actions():
         yield from _check(context, at, bound, action, step.do)
 
 

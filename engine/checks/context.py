@@ -4,8 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
-from ...schemas.contract import Action
-from ...schemas.protocol import Do, Protocol
+from ...schemas.protocol import Protocol
 from ..lab.bind import BoundRole
 from ..lab.lab import LoadedLab
 from ..language.source import Source
@@ -33,18 +32,3 @@ class Context:
         for at in self.survey.steps:
             if isinstance(at.step, kind):
                 yield at.step, at
-
-    def action(self, step: Do) -> tuple[BoundRole, Action] | None:
-        """The device that a `do` addresses and its action; None where either is unknown."""
-        role, _, name = step.do.partition(".")
-        bound = self.roles.get(role)
-        if bound is None or name not in bound.contract.actions:
-            return None
-        return bound, bound.contract.actions[name]
-
-    def actions(self) -> Iterator[tuple[Do, StepAt, BoundRole, Action]]:
-        """Every `do` whose action is known."""
-        for step, at in self.steps(Do):
-            found = self.action(step)
-            if found is not None:
-                yield step, at, *found

@@ -62,7 +62,7 @@ def _declared(context: Context, at: StepAt) -> set[str] | None:
         if isinstance(step, Broken | Use):
             return None
         if isinstance(step, Do):
-            found = context.action(step)
+            found = context.survey.action(step)
             if found is None:
                 return None
             names.update(found[1].errors)

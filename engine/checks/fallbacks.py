@@ -117,7 +117,7 @@ def _result(context: Context, step: Any) -> Type:
     if isinstance(step, Group):
         return _result(context, step.steps[-1])
     if isinstance(step, Do):
-        found = context.action(step)
+        found = context.survey.action(step)
         return type_of_schema(found[1].returns, root=True) if found else ANY
     return ANY
 

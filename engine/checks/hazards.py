@@ -39,7 +39,7 @@ def check(context: Context) -> Iterator[Problem]:
     ended = {
         step.do.partition(".")[0] for step, at in context.steps(Do) if at.place[0] == "finally"
     }
-    for step, at, bound, action in context.actions():
+    for step, at, bound, action in context.survey.actions():
         role = step.do.partition(".")[0]
         if role in ended or not _wants_an_end(bound, action):
             continue

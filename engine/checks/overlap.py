@@ -258,7 +258,7 @@ def _between(context: Context, step: Foreach, at: StepAt) -> Iterator[Problem]:
     for inner, place in within(step, at.place, fallbacks=False):
         if not isinstance(inner, Do) or _is_reserved(context, place, at.place):
             continue
-        found = context.action(inner)
+        found = context.survey.action(inner)
         if found is None or found[0].contract.concurrent:
             continue
         role, action = found

@@ -49,7 +49,7 @@ VARIES = {"steps", "run", "error"}
 
 def check(context: Context) -> Iterator[Problem]:
     """Every argument in a loop that names a file that the action writes."""
-    for _, at, _, action in context.actions():
+    for _, at, _, action in context.survey.actions():
         loops = [level for level in at.env.levels if level.kind == "loop"]
         if not loops:
             continue

@@ -36,7 +36,7 @@ AND_SO_ON = "…"
 
 def check(context: Context) -> Iterator[Problem]:
     """Every argument that names a file, as far as its beginning is known."""
-    for step, at, _, action in context.actions():
+    for step, at, _, action in context.survey.actions():
         for name in (*action.path_params()[0], *action.path_params()[1]):
             spot = at.arguments.get(name)
             path = beginning(spot) if spot is not None else None

@@ -62,7 +62,7 @@ def check(context: Context) -> Iterator[Problem]:
     for at in context.survey.steps:
         if at.step.retry is not None and not isinstance(at.step, Do | Parallel):
             yield from _group(context, at)
-    for step, at, _, action in context.actions():
+    for step, at, _, action in context.survey.actions():
         place = (*at.place, "on_unknown")
         if step.on_unknown is not None and action.effect != "once":
             message = (
@@ -86,7 +86,7 @@ def _once(context: Context, step: StepBase, place: Place) -> Iterator[str]:
     """The `once` actions in a step, including those in protocols that it uses."""
     for inner, at in within(step, place):
         if isinstance(inner, Do):
-            found = context.action(inner)
+            found = context.survey.action(inner)
             if found is not None and found[1].effect == "once":
                 yield inner.do
         used = context.survey.used.get(at)
@@ -98,10 +98,8 @@ def _once_in(used: Used) -> Iterator[str]:
     for at in used.survey.steps:
         step = at.step
         if isinstance(step, Do):
-            role, _, name = step.do.partition(".")
-            bound = used.roles.get(role)
-            action = bound.contract.actions.get(name) if bound is not None else None
-            if action is not None and action.effect == "once":
+            found = used.survey.action(step)
+            if found is not None and found[1].effect == "once":
                 yield f"{step.do} of {used.step.use}"
         elif at.place in used.survey.used:
             yield from _once_in(used.survey.used[at.place])

@@ -102,7 +102,7 @@ _TWO = "2 means one retry"
 
 
 def _open_fates(context: Context) -> Iterator[Problem]:
-    for step, at, _, action in context.actions():
+    for step, at, _, action in context.survey.actions():
         named = step.retry.on if isinstance(step.retry, Retry) else None
         if action.effect != "once" or not named:
             continue

@@ -138,7 +138,7 @@ def _asked(
     for step, at in within(member, place, fallbacks=False):
         if isinstance(step, Do):
             role = step.do.partition(".")[0]
-            bound, found = context.roles.get(role), context.action(step)
+            bound, found = context.roles.get(role), context.survey.action(step)
             if bound is None or not bound.contract.concurrent:
                 reads = found is not None and found[1].effect == "pure"
                 yield (bound.device if bound else role), step.do, reads, (*at, "do")

@@ -62,7 +62,7 @@ CODES = {
 def check(context: Context) -> Iterator[Problem]:
     """Every `do` whose action is known."""
     default = context.protocol.defaults.timeout
-    for step, at, _, action in context.actions():
+    for step, at, _, action in context.survey.actions():
         limit = step.timeout if step.timeout is not None else default
         if limit is None and action.duration is None and not action.takes:
             message = f"{step.do} may hang for ever: it has no timeout, and its contract gives no duration"

@@ -69,7 +69,7 @@ def _look(context: Context, watch: Watch, place: Place) -> Iterator[Problem]:
                 message = f"`{key}` belongs to `do`, and this watch has none"
                 yield context.source.problem((*place, key), "E410", message, key=True)
         return
-    found = context.action(Do.model_construct(do=watch.do))
+    found = context.survey.action(Do.model_construct(do=watch.do))
     if found is not None and found[1].effect != "pure":
         message = (
             f"{watch.do} is {found[1].effect}; a watch does it again and again, so it must be pure"
@@ -84,7 +84,7 @@ def _look(context: Context, watch: Watch, place: Place) -> Iterator[Problem]:
 def _beside(
     context: Context, step: Group, watch: Watch, at: Place, place: Place
 ) -> Iterator[Problem]:
-    found = context.action(Do.model_construct(do=watch.do)) if watch.do is not None else None
+    found = context.survey.action(Do.model_construct(do=watch.do)) if watch.do is not None else None
     if found is None or found[1].meanwhile or found[0].contract.concurrent:
         return
     for inner, there in within(step, at):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...schemas import protocol as p
 from ..language.fold import fold
 from ..language.used_files import FileFault, find_file
 from ..language.value import Value
@@ -32,15 +31,8 @@ def named_files(survey: Survey) -> tuple[dict[str, Spot], list[Spot]]:
     """The arguments that name files to read, by names known beforehand; and all that name files to write."""
     read: dict[str, Spot] = {}
     written: list[Spot] = []
-    for at in survey.steps:
-        if not isinstance(at.step, p.Do):
-            continue
-        role, _, action = at.step.do.partition(".")
-        bound = survey.roles.get(role)
-        found = bound.contract.actions.get(action) if bound is not None else None
-        if found is None:
-            continue
-        into, out_of = found.path_params()
+    for _, at, _, action in survey.actions():
+        into, out_of = action.path_params()
         for spot in (at.arguments[name] for name in into if name in at.arguments):
             text = known_text(spot)
             if text is not None:

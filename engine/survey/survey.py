@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...schemas import protocol as p
+from ...schemas.contract import Action
 from ..lab.bind import BoundRole
 from ..language.expression import ExpressionError
 from ..language.fold import fold
@@ -110,6 +111,20 @@ class Survey(Declarations):
         self.steps: list[StepAt] = []
         self.used: dict[Place, Used] = {}
         self._walk()
+
+    def action(self, step: p.Do) -> tuple[BoundRole, Action] | None:
+        """The device that a `do` addresses and its action; None where either is unknown."""
+        role, _, name = step.do.partition(".")
+        bound = self.roles.get(role)
+        if bound is None or name not in bound.contract.actions:
+            return None
+        return bound, bound.contract.actions[name]
+
+    def actions(self) -> Iterator[tuple[p.Do, StepAt, BoundRole, Action]]:
+        """Every `do` whose action is known."""
+        for at in self.steps:
+            if isinstance(at.step, p.Do) and (found := self.action(at.step)) is not None:
+                yield at.step, at, *found
 
     def _walk(self) -> None:
         protocol = self.protocol
@@ -235,10 +250,8 @@ class Survey(Declarations):
     def _do(self, step: p.Do, place: Place, env: Env, arguments: dict[str, Spot]) -> Type:
         for name, raw in step.with_.items():
             arguments[name] = self._spot((*place, "with", name), raw, "argument", env, name)
-        role, _, action = step.do.partition(".")
-        bound = self.roles.get(role)
-        found = bound.contract.actions.get(action) if bound is not None else None
-        return type_of_schema(found.returns, root=True) if found is not None else ANY
+        found = self.action(step)
+        return type_of_schema(found[1].returns, root=True) if found is not None else ANY
 
     def _set_of_actions(self, step: p.Parallel | p.AnyOf, place: Place, env: Env) -> Type:
         results = []

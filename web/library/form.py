@@ -50,15 +50,10 @@ def hazards_of(checked: Checked) -> list[Hazard]:
     """Every dangerous action except plain motion, at its first occurrence."""
     found: dict[tuple[str, str], Hazard] = {}
     survey = checked.survey
-    for at in survey.steps if survey is not None else ():
-        step = at.step
-        if not isinstance(step, p.Do):
+    for step, at, bound, action in survey.actions() if survey is not None else ():
+        if action.danger in (None, "motion"):
             continue
-        role, _, name = step.do.partition(".")
-        bound = checked.roles.get(role)
-        action = bound.contract.actions.get(name) if bound is not None else None
-        if bound is None or action is None or action.danger in (None, "motion"):
-            continue
+        name = step.do.partition(".")[2]
         hazard = Hazard(
             danger=action.danger or "", device=bound.device, action=name,
             pointer=pointer_text(list(at.place)),

@@ -269,9 +269,8 @@ def _action(view: Outlook, step: Any) -> dict[str, Any]:
     if not isinstance(step, p.Do):
         return {}
     role, _, name = step.do.partition(".")
-    bound = view.roles.get(role)
-    action = bound.contract.actions.get(name) if bound is not None else None
-    return {"role": role, "action": name, "danger": action.danger if action is not None else None}
+    found = view.survey.action(step)
+    return {"role": role, "action": name, "danger": None if found is None else found[1].danger}
 
 
 def ancestors(steps: dict[str, Step], path: str) -> Iterator[str]:

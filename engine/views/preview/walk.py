@@ -250,11 +250,11 @@ class Walk:
 
     def _has_moves(self, view: Outlook, step: p.StepBase, place: Place) -> bool:
         if isinstance(step, p.Do):
-            role, _, name = step.do.partition(".")
-            bound = view.roles.get(role)
-            action = bound.contract.actions.get(name) if bound is not None else None
-            moving = action is not None and (action.danger == "motion" or "x" in step.with_)
-            return moving and bound is not None and self._path(bound) is not None
+            if (found := view.survey.action(step)) is None:
+                return False
+            bound, action = found
+            moving = action.danger == "motion" or "x" in step.with_
+            return moving and self._path(bound) is not None
         if isinstance(step, p.Use):
             other = view.used(step, place)
             return other is not None and any(

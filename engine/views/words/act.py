@@ -27,10 +27,9 @@ def subject(bound: BoundRole) -> str:
 def action_sentence(view: Outlook, step: p.Do, place: Place) -> str:
     """`the gantry moves to z = 10 mm`, without what happens if it fails."""
     role, _, name = step.do.partition(".")
-    bound = view.roles.get(role)
-    action = bound.contract.actions.get(name) if bound is not None else None
-    if bound is None or action is None:
+    if (found := view.survey.action(step)) is None:
         return f"{role} does {name}"
+    bound, action = found
     given = {n: spoken(view, raw, (*place, "with", n)) for n, raw in step.with_.items()}
     return f"{subject(bound)} {predicate(name, action, given)}"
 
