@@ -2,15 +2,18 @@
 
 Configuration: `homed` (ready without homing), `lost_steps` (the probability that a move loses
 steps: the gantry's true position then differs from the reported one, until it is homed), `surface`
-(the height at which its probe touches, mm), `outputs` and `safe_z` as for a real gantry.
+(the height at which its probe touches, mm), `keep_out`, `outputs` and `safe_z` as for a real gantry.
 """
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any, ClassVar
 
 from ..driver import ActionCanceled, ActionFailed, GoalContext, Place
+from ..motion.bench import Bench
 from ..motion.gantry import AnyGantry, jog_way
+from ..motion.keep_out import read_boxes
 from ..motion.legs import legs
 from .twins.axis import SPEED_MM_PER_S, STEPS_PER_MM, Point, Steps, to_mm
 from .twins.carriage import Carriage
@@ -21,6 +24,8 @@ from .twins.twin import Twin
 AXES = "xyz"
 # Homing lifts the tool before it goes to the corner, so that nothing is dragged over the bench.
 HOME: Point = (0.0, 0.0, 100.0)
+HERE: Point = (0.0, 0.0, 0.0)
+"""Its own zero, which is the bench's."""
 TRAVEL = {"x": 730.0, "y": 810.0, "z": 100.0}
 """As far as it goes from 0 where neither its contract nor its lab says how far."""
 SURFACE_MM = 10.0
@@ -31,7 +36,9 @@ class SimGantry(AnyGantry, Twin):
     """Implements gantry@2 with three axes. Its true position is kept in the world, even across a kill."""
 
     without: ClassVar[str] = "gantry@1"
-    options: ClassVar[tuple[str, ...]] = ("homed", "lost_steps", "surface", "outputs", "safe_z")
+    options: ClassVar[tuple[str, ...]] = (
+        "homed", "lost_steps", "surface", "keep_out", "outputs", "safe_z"
+    )  # fmt: skip
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
@@ -39,6 +46,8 @@ class SimGantry(AnyGantry, Twin):
         self.carriage = Carriage(self.world, place.device, bool(self.config.get("homed", False)))
         self.ride = Ride(self.clock, self.carriage)
         self.percent = {"feed": 100, "rapid": 100}
+        low, high = zip(*(self._range(axis) for axis in AXES), strict=True)
+        self.bench = Bench((0, 1, 2), (1, 1, 1), HERE, low, high, read_boxes(self.config))
 
     async def open(self) -> None:
         await super().open()
@@ -85,9 +94,9 @@ class SimGantry(AnyGantry, Twin):
         self, goal: GoalContext, wanted: dict[str, float], feed: float | None, safe_z: float | None
     ) -> dict[str, Any]:
         self._check_ready()
-        self._check_limits(**wanted)
+        self._check_range(**wanted)
         if safe_z is not None:
-            self._check_limits(z=safe_z)
+            self._check_range(z=safe_z)
         at = dict(zip(AXES, self.carriage.believed_mm, strict=True))
         way = []
         for leg in legs(at, wanted, safe_z):
@@ -99,14 +108,15 @@ class SimGantry(AnyGantry, Twin):
         self, goal: GoalContext, *, to: float, axis: str = "z", feed: float = 60.0
     ) -> dict[str, Any]:
         self._check_ready()
-        self._check_limits(**{axis: to})
+        self._check_range(**{axis: to})
+        here = self.carriage.believed_mm
+        self.bench.check_path(here, _with(here, axis, to), self._name())
         if self._touches():
             raise ActionFailed("Touching", "the probe touches already", "no")
         surface = float(self.config.get("surface", SURFACE_MM))
-        end = dict(zip(AXES, self.carriage.believed_mm, strict=True))
         touches = axis == "z" and to <= surface
-        end[axis] = surface if touches else float(to)
-        place = await self._moved("touch", goal, [(end["x"], end["y"], end["z"])], feed)
+        end = _with(here, axis, surface if touches else to)
+        place = await self._moved("touch", goal, [end], feed)
         if not touches:
             words = f"the probe went to {axis} {to:g} mm and touched nothing"
             raise ActionFailed("NoContact", words, "yes")
@@ -138,12 +148,13 @@ class SimGantry(AnyGantry, Twin):
         self._check_ready()
         here = dict(zip(AXES, self.carriage.believed_mm, strict=True))
         signs = jog_way(axis, direction, way)
-        self._check_axes(*signs)
+        self.bench.check_axes(signs, self._name())
         if distance is not None:
             far, over = distance, None
-            self._check_limits(**{axis: here[axis] + sign * far for axis, sign in signs.items()})
+            self._check_range(**{axis: here[axis] + sign * far for axis, sign in signs.items()})
         else:
-            far = min(abs(self._range(axis)[sign > 0] - here[axis]) for axis, sign in signs.items())
+            on_bench = {AXES.index(axis): sign for axis, sign in signs.items()}
+            far = max(0.0, self.bench.reach(self.carriage.believed_mm, on_bench))
             if self.clock.leaps:  # no hand is on a clock that leaps: it lets go at once
                 far = min(far, feed / 60 * lease / math.sqrt(len(signs)))
             over = lapsed(lambda: goal.wanted_at, lease)
@@ -165,7 +176,7 @@ class SimGantry(AnyGantry, Twin):
         return {}
 
     async def set_zero(self, goal: GoalContext, *, axes: list[str] | None = None) -> dict[str, Any]:
-        self._check_axes(*axes or ())
+        self.bench.check_axes(axes or (), self._name())
         self._check_ready()
         now = zip(AXES, self.carriage.steps, self.carriage.zero, strict=True)
         x, y, z = (at if axis in (axes or AXES) else old for axis, at, old in now)
@@ -179,7 +190,7 @@ class SimGantry(AnyGantry, Twin):
     async def go_to_zero(
         self, goal: GoalContext, *, axes: list[str] | None = None, feed: float | None = None
     ) -> dict[str, Any]:
-        self._check_axes(*axes or ())
+        self.bench.check_axes(axes or (), self._name())
         self._check_ready()
         zero, here = to_mm(self.carriage.zero), self.carriage.believed_mm
         there = zip(AXES, zero, here, strict=True)
@@ -208,6 +219,8 @@ class SimGantry(AnyGantry, Twin):
         over: Callable[[], bool] | None = None,
     ) -> dict[str, Any]:
         """A motion, line by line, that may have an injected fault, and that may lose steps."""
+        for start, end in pairwise([self.carriage.believed_mm, *way]):
+            self.bench.check_path(start, end, self._name())
         fastest = 60 * SPEED_MM_PER_S * self.percent["rapid"] / 100
         pace = fastest if feed is None else min(fastest, feed * self.percent["feed"] / 100)
         try:
@@ -285,23 +298,13 @@ class SimGantry(AnyGantry, Twin):
             schema.get("maximum", TRAVEL[axis]) if high is None else high,
         )
 
-    def _check_axes(self, *named: str) -> None:
-        for axis in named:
-            if axis not in AXES:
-                words = f"it has no axis {axis}; it has {', '.join(AXES)}"
-                raise ActionFailed("NotAvailable", words, "no")
-
     def _touches(self) -> bool:
         surface = float(self.config.get("surface", SURFACE_MM))
         return self.carriage.believed_mm[2] <= surface + 0.003
 
-    def _check_limits(self, **wanted: float) -> None:
-        self._check_axes(*wanted)
-        for axis, value in wanted.items():
-            low, high = self._range(axis)
-            if not low <= value <= high:
-                message = f"{axis} {value:g} mm is outside {low:g} to {high:g} mm"
-                raise ActionFailed("SoftLimit", message)
+    def _check_range(self, **wanted: float) -> None:
+        self.bench.check_axes(wanted, self._name())
+        self.bench.check_range(wanted, self._name())
 
     def _after(self, failure: ActionFailed) -> None:
         """An injected alarm locks the gantry; a stop does not."""
@@ -330,6 +333,11 @@ def _rounded(steps: Steps) -> list[float]:
 
 def _named(steps: Steps) -> dict[str, float]:
     return dict(zip(AXES, _rounded(steps), strict=True))
+
+
+def _with(place: Point, axis: str, value: float) -> Point:
+    x, y, z = (float(value) if name == axis else at for name, at in zip(AXES, place, strict=True))
+    return x, y, z
 
 
 def _either(first: Callable[[], bool], second: Callable[[], bool] | None) -> Callable[[], bool]:

@@ -65,6 +65,36 @@ def test_a_place_outside_this_bench_is_refused_and_nothing_moves(tmp_path):
     assert truth(tmp_path) == []
 
 
+KEPT_OUT = {"keep_out": [{"name": "clamp", "x": [20, 30], "z": [0, 40]}]}
+AROUND = [
+    lambda d: d.move_to(GoalContext("g"), x=50.0),
+    lambda d: d.move_to(GoalContext("g"), x=25.0, safe_z=60.0),
+    lambda d: d.jog(GoalContext("g"), axis="x", distance=12.0),
+    lambda d: d.touch(GoalContext("g"), axis="x", to=50.0),
+    lambda d: d.go_to_zero(GoalContext("g")),
+]
+
+
+@pytest.mark.parametrize("asked", AROUND)
+def test_no_line_goes_through_a_box_that_is_kept_out_of(tmp_path, asked):
+    async def story(driver):
+        await driver.move_to(GoalContext("a"), x=40.0, z=20.0, safe_z=50.0)
+        await driver.set_zero(GoalContext("b"))
+        await driver.move_to(GoalContext("c"), x=10.0, z=20.0, safe_z=50.0)
+        moved = len(truth(tmp_path))
+        with pytest.raises(
+            ActionFailed, match=r"keep-out box `clamp` \(x 20 to 30, z 0 to 40 mm\)"
+        ):
+            await asked(driver)
+        assert len(truth(tmp_path)) == moved
+        held = await driver.jog(GoalContext("d"), direction="+", axis="x", feed=2000.0, lease=9.0)
+        over = await driver.move_to(GoalContext("e"), x=50.0, safe_z=40.0)
+        return held["x"], over["x"]
+
+    limits = {"clock": 20.0, **KEPT_OUT}
+    assert played(gantry(tmp_path, **limits), story) == pytest.approx((20, 50), abs=0.02)
+
+
 def test_it_must_be_homed_before_it_moves(tmp_path):
     async def story(driver):
         with pytest.raises(ActionFailed, match="NotHomed"):
@@ -226,7 +256,7 @@ def test_a_work_zero_is_set_gone_to_and_kept(tmp_path):
 def test_a_jog_by_a_distance_ends_there_and_one_out_of_the_bench_is_refused(tmp_path):
     async def story(driver):
         place = await driver.jog(GoalContext("a"), axis="x", distance=2.5)
-        with pytest.raises(ActionFailed, match=r"SoftLimit: x -0\.99"):
+        with pytest.raises(ActionFailed, match=r"SoftLimit: gantry was not moved: x -0\.99"):
             await driver.jog(GoalContext("b"), axis="x", distance=-3.5)
         return place
 
