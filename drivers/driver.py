@@ -79,6 +79,8 @@ class Driver:
     """True if the lab's `config` defines how a contract is kept, whichever contract it is."""
     extra: ClassVar[str | None] = None
     """The extra of labrun (`system/extras.py`) without which it cannot work."""
+    alone: str = ""
+    """What only one device server at a time may use, as each of them calls it: an address."""
     versions: dict[str, str] = {}  # noqa: RUF012 - replaced by what the hardware reports, never mutated
 
     def __init__(self, place: Place) -> None:

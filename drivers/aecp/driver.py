@@ -41,6 +41,7 @@ class Aecp(Driver):
         super().__init__(place)
         self.settings = settings_of(place, AecpSettings)
         self._link = AnalyserLink(self.settings.url)
+        self.alone = f"the analyser server {self.settings.url}"
         self._exports = folder_at(self.settings.exports)
         self._cache = folder_at(self.settings.cache) if self.settings.cache else None
         self._spectra_kept = SpectrumStore(place.folder / "spectra")

@@ -47,6 +47,7 @@ class Grbl(GrblDialect):
             str(place.config["port"]), int(place.config.get("baud", 115200))
         )
         self.controller.on_alarm = self._recover
+        self.alone = f"GRBL on {self.controller.port.name}"
         self.controller.on_report = self._reported
         self._tasks: set[asyncio.Task[None]] = set()
         self._recovery: asyncio.Task[None] | None = None

@@ -36,6 +36,7 @@ class Marlin(FedGantry):
             raise ValueError("config needs `port`, such as /dev/serial/by-id/usb-... or COM5")
         baud = int(place.config.get("baud", 115200))
         self.known = self.link = Link(str(place.config["port"]), baud)
+        self.alone = f"Marlin on {self.link.port.name}"
         self.machine = Machine()
         self.full_power = 255.0
         self.percent: tuple[int, ...] = (100, 100)

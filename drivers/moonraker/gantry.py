@@ -44,6 +44,7 @@ class Moonraker(FedGantry):
             raise ValueError(f"url is {url!r}; write it as http://localhost:7125")
         key = place.config.get("api_key")
         self.known = self.link = Link(url, None if key is None else str(key))
+        self.alone = f"Klipper by {url}"
         self.full_power = 255.0
         self._slow_z: tuple[float, float] | None = None
 

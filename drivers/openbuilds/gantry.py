@@ -53,6 +53,7 @@ class OpenBuilds(GrblDialect):
             telnet if config.get("ip") else usb,
             float(config.get("silence_s", SILENCE_S)),
         )
+        self.alone = f"OpenBuilds CONTROL at {self.control.url}"
         self._keeper: asyncio.Task[None] | None = None
         self._reattaching = False
 

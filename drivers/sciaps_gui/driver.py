@@ -49,6 +49,7 @@ class SciapsGui(Driver):
         except ButtonsFault as fault:
             raise DriverFault(str(fault)) from fault
         self._cache = Cache(self.settings.cache, self.settings.cache_entry)
+        self.alone = f"the analyser's program with its shots in {self.settings.cache}"
         self._spectra_kept = SpectrumStore(place.folder / "spectra")
         self._program: Program | None = None
         self._measuring = False

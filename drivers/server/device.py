@@ -5,12 +5,14 @@ import logging
 import math
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any
 
 from ...schemas.contract import Contract
 from ...schemas.messages import DeviceDescription, Goal, GoalState, LeaseRequest
 from ...system.tasks import spawn
 from ..driver import Driver, Place
+from .alone import alone_with
 from .arguments import Arguments
 from .execution import Ending, Execution, cut_short, fault_of, never_started, not_begun
 from .lease import Lease, Refused
@@ -40,6 +42,7 @@ class ServedDevice:
         self.stop_grace_s = stop_grace_s
         self._limits = place.limits
         self._driver = driver
+        self._having = ExitStack()
         self._contract = contract
         self._ledger = ledger
         self._tell = tell
@@ -60,7 +63,13 @@ class ServedDevice:
 
     async def open(self, *, make_safe: bool) -> None:
         """Connect to the hardware; if an earlier server was cut off during an action, make it safe first."""
-        await self._driver.open()
+        if self._driver.alone:
+            self._having.enter_context(alone_with(self._driver.alone))
+        try:
+            await self._driver.open()
+        except BaseException:  # a cancel as well
+            self._having.close()
+            raise
         if make_safe:
             await self._owner.safe()
             self._unlease()
@@ -94,6 +103,7 @@ class ServedDevice:
                 await self._driver.close()
         except Exception:  # the other devices still have to be closed
             LOG.exception("%s could not be closed", self.name)
+        self._having.close()
 
     def describe(self) -> DeviceDescription:
         """What clients need to know to use it."""

@@ -56,6 +56,7 @@ class Zaber(FedGantry):
         self.known = self.chain = Chain(
             str(place.config["port"]), float(place.config.get("silence_s", 1.0))
         )
+        self.alone = f"Zaber on {self.chain.port}"
         self._way: dict[int, float] = {}
 
     def _homing_order(self) -> list[int]:

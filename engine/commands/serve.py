@@ -50,7 +50,7 @@ def serve(
     configs = _configs(loaded, devices, folder or _home(loaded), host, port, token, one)
     if folder is not None:
         _note(loaded, folder)
-    raise typer.Exit(asyncio.run(_serve(configs, loaded.lab.start_timeout_s)))
+    raise typer.Exit(asyncio.run(_serve(configs, loaded)))
 
 
 EARLIER = Path(".labrun/servers")
@@ -102,7 +102,7 @@ def _configs(
     return configs
 
 
-async def _serve(configs: list[dict], timeout_s: float) -> int:
+async def _serve(configs: list[dict], lab: LoadedLab) -> int:
     from ...drivers.client.launch import RunningServer, ServerFailed
     from ...system.tasks import end, spawn
 
@@ -110,9 +110,7 @@ async def _serve(configs: list[dict], timeout_s: float) -> int:
     servers: list[RunningServer] = []
     keeping: list[asyncio.Task[Any]] = []
     asked = spawn("wait for the end", over.wait())
-    starting = spawn(
-        "start", _start(configs, timeout_s, servers, keeping), expected=(ServerFailed,)
-    )
+    starting = spawn("start", _start(configs, lab, servers, keeping), expected=(ServerFailed,))
     try:
         await asyncio.wait({asked, starting}, return_when=asyncio.FIRST_COMPLETED)
         if not over.is_set():
@@ -127,17 +125,20 @@ async def _serve(configs: list[dict], timeout_s: float) -> int:
         await asyncio.gather(*(server.stop() for server in servers))
 
 
-async def _start(configs: list[dict], timeout_s: float, servers: list, keeping: list) -> None:
+async def _start(configs: list[dict], lab: LoadedLab, servers: list, keeping: list) -> None:
     from ...drivers.client.launch import keep_running, start_patiently
     from ...drivers.server.listen import for_other_machines
     from ...system.tasks import spawn
+    from ..dispatch.served_lab import starting
 
-    for config in configs:
-        folder, names = Path(config["folder"]), ", ".join(config["devices"])
-        server = await start_patiently(config, folder, timeout_s=timeout_s, say=say)
-        servers.append(server)
-        typer.echo(f"{names} at {server.url}{for_other_machines(config['host'], server.url)}")
-        kept = keep_running(server, config, folder, timeout_s=timeout_s)
-        keeping.append(spawn(f"keep the server of {names}", kept))
+    timeout_s = lab.lab.start_timeout_s
+    with starting(lab, [name for config in configs for name in config["devices"]]):
+        for config in configs:
+            folder, names = Path(config["folder"]), ", ".join(config["devices"])
+            server = await start_patiently(config, folder, timeout_s=timeout_s, say=say)
+            servers.append(server)
+            typer.echo(f"{names} at {server.url}{for_other_machines(config['host'], server.url)}")
+            kept = keep_running(server, config, folder, timeout_s=timeout_s)
+            keeping.append(spawn(f"keep the server of {names}", kept))
     typer.echo(f"ledgers and logs in {Path(configs[0]['folder']).parent}")
     typer.echo("serving; Ctrl-C stops and leaves the devices safe")

@@ -1,6 +1,7 @@
 """Reach every device that a run uses: start the servers that belong to it, connect, take leases."""
 
 import asyncio
+import contextlib
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -13,7 +14,7 @@ from ...schemas.lab import LabDevice
 from ...system.tasks import end, spawn
 from ..lab.bind import BoundRole
 from ..lab.lab import LoadedLab
-from .served_lab import named_at, served_at
+from .served_lab import named_at, served_at, started_by
 
 IDLE_EXIT_S = 90.0
 """Servers that a run started end when its engine has been gone for this long."""
@@ -21,6 +22,7 @@ IDLE_EXIT_S = 90.0
 
 LOOK_S = 2.0
 """How often a run that waits for a device looks whether it is free."""
+START_LOOK_S = 0.1
 
 
 class NotReached(Exception):
@@ -95,6 +97,7 @@ async def connect(
 
 async def _reach(name: str, lab: LoadedLab, connections: Connections) -> None:
     device = lab.lab.devices[name]
+    await _while_starting(name, lab, connections)
     if (url := named_at(device)) is not None:
         await _open(name, url, device.token, lab, connections)
     elif (connections.folder / name).exists():
@@ -106,7 +109,28 @@ async def _reach(name: str, lab: LoadedLab, connections: Connections) -> None:
     elif (url := connections.found.get(name)) is not None:
         await _open(name, url, device.token, lab, connections)
     else:
-        await _start(name, device, lab, connections)
+        try:
+            await _start(name, device, lab, connections)
+        except NotReached:
+            if (url := served_at(lab, name)) is None:
+                raise
+            await _open(name, url, device.token, lab, connections)  # it came in between
+
+
+async def _while_starting(name: str, lab: LoadedLab, connections: Connections) -> None:
+    """Wait until a `labrun serve` that is starting a device serves it: its instrument has one server."""
+    told = False
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(lab.lab.start_timeout_s):
+            while (process := started_by(lab, name)) is not None:
+                if named_at(lab.lab.devices[name]) or served_at(lab, name):
+                    return
+                if not told:
+                    connections.say(
+                        f"waiting for `labrun serve` (process {process}), which starts {name}"
+                    )
+                    told = True
+                await asyncio.sleep(START_LOOK_S)
 
 
 async def _open(

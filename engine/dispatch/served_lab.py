@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 import socket
 from collections.abc import Iterator
 from hashlib import blake2b
@@ -10,7 +11,7 @@ from typing import Any
 
 from ...drivers.server.server_file import FILE
 from ...schemas.lab import LabDevice
-from ...system.files import write_whole
+from ...system.files import remove, write_whole
 from ...system.process import alive
 from ..lab.lab import LoadedLab
 
@@ -44,6 +45,30 @@ def serves_in(lab: LoadedLab, folder: Path) -> None:
         known[0].mkdir(parents=True, exist_ok=True)
         text = "".join(f"{path}\n" for path in [*known[1:], folder])
         write_whole(known[0] / CHOSEN, text.encode(), sync=False)
+
+
+@contextlib.contextmanager
+def starting(lab: LoadedLab, devices: list[str]) -> Iterator[None]:
+    """Tell this user's other commands that these devices are about to be served, while the block lasts."""
+    path = serve_home(lab) / f"starting-{os.getpid()}.json"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, json.dumps({"pid": os.getpid(), "devices": devices}).encode(), sync=False)
+    try:
+        yield
+    finally:
+        remove(path)
+
+
+def started_by(lab: LoadedLab, device: str) -> int | None:
+    """The process of the `labrun serve` that is about to serve a device; None if none is."""
+    if lab.path is None:
+        return None  # as in `served_at`
+    for path in serve_home(lab).glob("starting-*.json"):
+        with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
+            words = json.loads(path.read_bytes())
+            if device in words["devices"] and alive(words["pid"]):
+                return int(words["pid"])
+    return None
 
 
 def named_at(device: LabDevice) -> str | None:

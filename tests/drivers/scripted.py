@@ -6,7 +6,7 @@ import time
 from hashlib import sha256
 from typing import Any
 
-from labrun.drivers.driver import ActionCanceled, ActionFailed, Driver, GoalContext
+from labrun.drivers.driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
 from labrun.schemas.messages import FileContent
 
 SECONDS = {"seconds": {"type": "number", "unit": "s", "minimum": 0, "maximum": 60}}
@@ -81,6 +81,10 @@ class Scripted(Driver):
 
     contract = "scripted@1"
     versions = {"firmware": "1.0"}  # noqa: RUF012 - declared ClassVar by Driver
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self.alone = place.config.get("alone", "")
 
     def _did(self, deed: str) -> None:
         with (self.place.world / "deeds.txt").open("a", encoding="utf-8") as deeds:

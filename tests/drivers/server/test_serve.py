@@ -14,7 +14,7 @@ import pytest
 
 from labrun.drivers.client.launch import start_server
 from labrun.drivers.server.ledger import Ledger
-from labrun.drivers.server.serve import main
+from labrun.drivers.server.serve import ServeFault, main, read_settings, serve
 
 IN_USE = "" if os.name == "nt" else "Address already in use"
 """What Windows says is in the language of its user."""
@@ -84,6 +84,28 @@ def test_a_ledger_in_use_is_a_sentence(bench, capsys):
     ledger.close()
 
     assert "another device server is using" in said["error"]
+
+
+def test_an_instrument_that_has_a_server_is_a_sentence_until_that_has_ended(bench, capsys):
+    what = f"the arm of {bench.folder}"
+
+    async def story():
+        async with bench.serving(config={"alone": what}):
+            path = bench.folder / "settings.json"
+            path.write_text(json.dumps(other))
+            with pytest.raises(ServeFault, match="has a device server already") as told:
+                await serve(read_settings(path))
+        return str(told.value)
+
+    other = bench.settings(config={"alone": what}, folder=str(bench.folder / "other"))
+    told = asyncio.run(story())
+
+    assert told == (
+        f"device arm cannot be opened: {what} has a device server already (process {os.getpid()}): "
+        "wait until the run or call that started that has ended, or end it"
+    )
+    other["devices"]["arm"]["config"]["missing"] = True
+    assert "nothing answers" in start(bench, capsys, other)[0]["error"]
 
 
 def test_a_settings_file_that_is_not_there_is_a_sentence(tmp_path, capsys):

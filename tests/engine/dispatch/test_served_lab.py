@@ -1,5 +1,6 @@
 """A device that `labrun serve` serves is found by the file that its server keeps."""
 
+import asyncio
 import json
 import os
 import subprocess
@@ -7,8 +8,18 @@ import sys
 
 import pytest
 
+from labrun.drivers.client.launch import ServerFailed
 from labrun.engine.check import check_file
-from labrun.engine.dispatch.served_lab import serve_home, served_at, serves_in, serving_folders
+from labrun.engine.commands.call import role_of
+from labrun.engine.dispatch.connect import NotReached, connect
+from labrun.engine.dispatch.served_lab import (
+    serve_home,
+    served_at,
+    serves_in,
+    serving_folders,
+    started_by,
+    starting,
+)
 from labrun.engine.lab.lab import load_lab
 from labrun.engine.run.folder import new_run_folder
 from labrun.engine.runner.begin import keep
@@ -53,6 +64,40 @@ def test_a_server_that_was_killed_and_a_file_that_is_not_whole_are_none(lab):
     for text in ({"pid": dead.pid, "url": URL, "devices": ["b"]}, '{"pid": 1', "[]", '{"pid": 1}'):
         told(lab, text)
         assert served_at(lab, "b") is None
+
+
+def test_one_that_is_just_being_served_is_waited_for_not_served_twice(lab, tmp_path):
+    said = []
+
+    async def story():
+        async def serve():
+            while not said:  # noqa: ASYNC110 - it is told once
+                await asyncio.sleep(0.01)
+            told(lab, {"pid": os.getpid(), "url": "http://127.0.0.1:9", "devices": ["b"]})
+
+        serving = asyncio.create_task(serve())
+        with (
+            starting(lab, ["a", "b"]),
+            pytest.raises(NotReached, match="device 'b' at http"),
+        ):
+            await connect({"b": role_of(lab, "b")}, lab, tmp_path / "run", "me", say=said.append)
+        await serving
+
+    asyncio.run(story())
+
+    assert said[0] == f"waiting for `labrun serve` (process {os.getpid()}), which starts b"
+    assert started_by(lab, "b") is None
+
+
+def test_one_that_another_command_has_begun_to_serve_meanwhile_is_used(lab, tmp_path, monkeypatch):
+    async def too_late(*_, **__):
+        told(lab, {"pid": os.getpid(), "url": "http://127.0.0.1:9", "devices": ["b"]})
+        raise ServerFailed("the balance has a device server already")
+
+    monkeypatch.setattr("labrun.engine.dispatch.connect.start_patiently", too_late)
+
+    with pytest.raises(NotReached, match="device 'b' at http"):
+        asyncio.run(connect({"b": role_of(lab, "b")}, lab, tmp_path / "run", "me"))
 
 
 def test_the_simulated_lab_is_each_runs_own():
