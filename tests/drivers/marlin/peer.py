@@ -1,9 +1,10 @@
 """A Marlin on a pseudo-terminal, as its 2.0.9.7 was seen to behave.
 
-Opening its port boots it; lines have numbers and checksums, and a wrong one is asked for again; `ok`
-to a move means that it is planned, and waits while sixteen are; M114 tells the end of what is
-planned, not where the axes are; nothing is read while it homes or waits for standstill, except by an
-emergency parser; after M112, or a homing that found no switch, it answers nothing until it is reset.
+Opening its port boots it, and what comes before its `start` is lost; it keeps four lines that
+wait, no more; lines have numbers and checksums, and a wrong one is asked for again; `ok` to a move
+means that it is planned, and waits while sixteen are; M114 tells the end of what is planned, not
+where the axes are; nothing is read while it homes or waits for standstill, except by an emergency
+parser; after M112, or a homing that found no switch, it answers nothing until it is reset.
 """
 
 import contextlib
@@ -20,6 +21,7 @@ from pathlib import Path
 
 WORD = re.compile(r"([A-Z])(-?\d+(?:\.\d+)?)")
 PLANNED, HELD_LINES = 16, 4
+BOOT_S = 0.1  # a second or two on a real board
 BUSY_S = 0.4  # 2.0 on the real one
 
 
@@ -70,7 +72,7 @@ class Peer:
     def _reset(self):
         self.blocks, self.lines, self.received = deque(), deque(), b""
         self.number, self.killed, self.relative, self.percent = 0, False, False, 100
-        self.doing, self.said_busy = None, 0.0
+        self.doing, self.said_busy, self.boots_until = None, 0.0, None
         self.told = [at + by for at, by in zip(self.place, self.offset, strict=True)]
         self.began = time.monotonic()
 
@@ -93,11 +95,15 @@ class Peer:
             if self.boots_on_open:
                 self._stand()
                 self._reset()
-                self.say("start")
-                self.say("Marlin 2.0.9.7")
-                self.say("echo:; Linear Units:")
+                self.boots_until = time.monotonic() + BOOT_S
         if events & select.POLLIN:
-            self._receive(os.read(self.master, 4096))
+            data = os.read(self.master, 4096)
+            if self.boots_until is None:
+                self._receive(data)
+        if self.boots_until is not None and time.monotonic() >= self.boots_until:
+            self.boots_until = None
+            for line in ("start", "Marlin 2.0.9.7", "echo:; Linear Units:"):
+                self.say(line)
         if not self.killed:
             self._work()
 
@@ -116,7 +122,7 @@ class Peer:
                 self.say("Error:Printer halted. kill() called!")
                 self._stand()
                 self.killed = True
-            else:
+            elif len(self.lines) < HELD_LINES:
                 self.lines.append(text)
 
     def _work(self):
