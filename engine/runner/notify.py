@@ -62,7 +62,10 @@ class Notifier:
             await asyncio.wait(self._tasks, timeout=END_S)
         await end(*self._tasks)
         if self._held or self._lost:
-            held = [{"event": event, "text": text} for event, text, _ in self._held]
+            held = [
+                {"event": event, "text": text, "picture": picture}
+                for event, text, picture in self._held
+            ]
             data = [*held, *({"lost": words} for words in self._lost)]
             write_whole(self.run.folder / HELD, json.dumps(data).encode(), sync=False)
 

@@ -33,6 +33,7 @@ class Message:
     event: NotifyEvent | None
     text: str
     about: str
+    picture: Path | None = None
 
 
 class Notifying:
@@ -107,7 +108,8 @@ class Notifying:
             if "lost" in one:
                 self._tell(f"{run.id}: {one['lost']}")
             else:
-                yield Message(one["event"], one["text"], run.id)
+                picture = path.parent / one["picture"] if one.get("picture") else None
+                yield Message(one["event"], one["text"], run.id, picture)
 
     def say(self, message: Message) -> None:
         """Tell those who want to hear of it; in quiet hours it waits for their end."""
@@ -126,5 +128,8 @@ class Notifying:
                 self.say(message)
 
     async def _deliver(self, message: Message, told: list[str]) -> None:
-        if refused := await deliver(told, message.about, message.text, again_s=self.again_s):
+        refused = await deliver(
+            told, message.about, message.text, message.picture, again_s=self.again_s
+        )
+        if refused:
             self._tell(f"not delivered: “{message.text}” ({reasons(refused)})")

@@ -83,5 +83,6 @@ def test_in_quiet_hours_the_end_of_a_run_is_kept_for_the_page(bench, webhook, tm
     (kept,) = (tmp_path / "runs").glob("*/messages.json")
     assert (status, told) == (1, [])
     assert json.loads(kept.read_text()) == [
-        {"event": None, "text": "begun"}, {"event": "failed", "text": "failed: enough"},
+        {"event": None, "text": "begun", "picture": ""},
+        {"event": "failed", "text": "failed: enough", "picture": ""},
     ]  # fmt: skip

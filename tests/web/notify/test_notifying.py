@@ -1,6 +1,7 @@
 """Word gets out, over a real webhook, of what no engine can tell; earlier settings are read."""
 
 import asyncio
+import base64
 import json
 from types import SimpleNamespace
 
@@ -93,7 +94,14 @@ def test_who_wants_to_hear_is_told_after_quiet_hours(tmp_path):
         lab.devices = [SimpleNamespace(name="libs", reach="online")]
         lab.told()
         lab.devices = [SimpleNamespace(name="libs", reach="lost")]
-        for message in lab.notifying.events():
+        lab.runs = [run()]
+        messages = lab.notifying.events()
+        (tmp_path / "r1").mkdir()
+        (tmp_path / "r1" / "element_maps.png").write_bytes(b"a map")
+        kept = [{"event": "device_lost", "text": "it ended", "picture": "element_maps.png"}]
+        (tmp_path / "r1" / "messages.json").write_text(json.dumps(kept))
+        lab.runs = [run(live=False, fate="failed")]
+        for message in messages + lab.notifying.events():
             lab.notifying.say(message)
         lab.notifying._release()
         await lab.out()
@@ -107,7 +115,10 @@ def test_who_wants_to_hear_is_told_after_quiet_hours(tmp_path):
     held, got, said = asyncio.run(story())
 
     assert held == [] and said == []
-    assert [(one["title"], one["message"]) for one in got] == [("b2", "libs is lost")]
+    told = {one["title"]: (one["message"], one["attachments"]) for one in got}
+    assert told["b2"] == ("libs is lost", [])
+    (picture,) = told["r1"][1]
+    assert (told["r1"][0], base64.b64decode(picture["base64"])) == ("it ended", b"a map")
 
 
 def test_what_nobody_took_is_said_after_three_tries(tmp_path):
