@@ -14,6 +14,8 @@ export default defineConfig({
     assetsInlineLimit: 0,
     cssCodeSplit: false, // one small sheet packs better than forty
     modulePreload: { polyfill: false },
+    // So do the small modules that several screens share.
+    rolldownOptions: { output: { codeSplitting: { groups: [{ name: 'shared', test: /src.(ui|api|app)/, minShareCount: 2 }] } } },
   },
   server: {
     port: 5173,
