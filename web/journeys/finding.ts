@@ -98,6 +98,7 @@ describe('runs', { tags: ['soak'] }, () => {
     await page.getByLabel('Show over these runs').selectOption('data.Si')
     const chart = page.getByRole('group', { name: 'data.Si of 3 runs' })
     await chart.getByText(/^mean/).waitFor()
+    await expect.poll(() => chart.getAttribute('viewBox')).toMatch(/^0 0 3\d\d /) // as wide as its panel
     await chart.scrollIntoViewIfNeeded()
     await picture(page, 'finding-chart-narrow-dark')
     await page.evaluate(() => scrollTo(0, 0))

@@ -226,6 +226,7 @@ describe('a person and a live run', () => {
     await question.getByRole('button', { name: 'basalt' }).click()
     await page.getByRole('region', { name: 'How it ended' }).getByText('✓ Done').waitFor()
     await page.getByRole('region', { name: 'Log' }).getByText('answered basalt by Ada').waitFor()
+    await page.getByRole('region', { name: 'Spectrum' }).getByText('This run has no spectrum.').waitFor()
 
     expect(faults).toEqual([])
     await leave(person)

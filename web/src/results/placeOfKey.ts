@@ -12,3 +12,8 @@ export function placeOfKey(run: RunPicture, loop: string | null, key: string): {
   }
   return null
 }
+
+/** The other way: how maps, tables and addresses call a point. */
+export function keyOfPlace({ within, keys }: PointTable, index: number): string {
+  return [within, keys[index]].filter(Boolean).join('/')
+}

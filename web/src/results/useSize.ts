@@ -1,5 +1,5 @@
 // The size of an element while it exists.
-import { onBeforeUnmount, onMounted, shallowRef, type Ref } from 'vue'
+import { onScopeDispose, shallowRef, watch, type Ref } from 'vue'
 
 export function useSize(element: Readonly<Ref<HTMLElement | null>>): Ref<{ width: number; height: number }> {
   const size = shallowRef({ width: 0, height: 0 })
@@ -8,7 +8,11 @@ export function useSize(element: Readonly<Ref<HTMLElement | null>>): Ref<{ width
     const { width, height } = entry.contentRect
     if (width !== size.value.width || height !== size.value.height) size.value = { width, height }
   })
-  onMounted(() => element.value && observer.observe(element.value))
-  onBeforeUnmount(() => observer.disconnect())
+  // It may appear later than the component, and go before it.
+  watch(element, (now) => {
+    observer.disconnect()
+    if (now) observer.observe(now)
+  }, { immediate: true })
+  onScopeDispose(() => observer.disconnect())
   return size
 }
