@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest'
 import type { RunSummary } from '../api/types'
-import { noticeOf } from './notify'
+import { lostSince, noticeOf } from './notify'
 
 const run = (more: Partial<RunSummary>): RunSummary => ({ id: 'r', protocol: 'scan', live: true, fate: 'running', reason: '', questions: 0, ...more }) as RunSummary
 
@@ -20,4 +20,8 @@ it('an end, a failure with its reason and a question are news, and nothing else 
     null,
     null,
   ])
+})
+
+it('a device that answered before and does not now is news', () => {
+  expect(lostSince({ libs: 'online', gantry: 'online', camera: 'lost', scale: 'starting' }, { libs: 'lost', gantry: 'online', camera: 'lost', scale: 'lost', new: 'lost' })).toEqual(['libs'])
 })

@@ -1,4 +1,4 @@
-// Notifies a person, even one who looks elsewhere, when a run ends, fails or needs an answer.
+// Notifies a person, even one who looks elsewhere, when a run ends, fails or needs an answer, and when a device is lost.
 import { onScopeDispose, watch } from 'vue'
 import { useConnection } from '../api/updates/connection'
 import type { RunSummary } from '../api/types'
@@ -15,6 +15,13 @@ export function noticeOf(before: RunSummary | undefined, now: RunSummary): { pro
   return { problem: true, text: `${now.protocol} ${now.fate}${now.reason ? `: ${now.reason}` : ''}` }
 }
 
+type Reaches = Readonly<Record<string, string>>
+
+/** The devices that answered before and do not now. */
+export function lostSince(before: Reaches, now: Reaches): string[] {
+  return Object.keys(now).filter((name) => now[name] === 'lost' && before[name] === 'online')
+}
+
 /** How the last run that ended while the page was hidden ended. */
 let unseen = ''
 
@@ -22,7 +29,6 @@ let unseen = ''
 export function useNotifications(): void {
   const connection = useConnection()
   const notices = useNotices()
-  const preferences = usePreferences()
   const stop = useStop()
   onScopeDispose(connection.onNotice((told) => {
     // The person who pressed STOP ALL reads it in the alarm; everyone else here.
@@ -36,10 +42,16 @@ export function useNotifications(): void {
       const news = noticeOf(before[run.id], run)
       if (news === null) continue
       notices.tell(news.text, { level: news.problem ? 'problem' : 'info', run: run.id })
-      if (preferences.notifications) elsewhere(news.text, run.id)
+      elsewhere(news.text, run.id)
       if (document.hidden) unseen = news.problem ? '✕' : '✓'
     }
     markTitle(Object.values(now))
+  })
+  watch((): Reaches => Object.fromEntries(Object.values(connection.bench.devices).map(({ name, reach }) => [name, reach])), (now, before) => {
+    for (const device of lostSince(before, now)) {
+      notices.tell(`${device} is lost`, { level: 'problem', device })
+      elsewhere(`${device} is lost`, device)
+    }
   })
   const seen = (): void => {
     if (document.hidden) return
@@ -50,10 +62,13 @@ export function useNotifications(): void {
   onScopeDispose(() => document.removeEventListener('visibilitychange', seen))
 }
 
-function elsewhere(text: string, run: string): void {
-  if (!document.hidden || !('Notification' in window) || Notification.permission !== 'granted') return
-  const notification = new Notification('labrun', { body: text, tag: run, icon: '/icon.svg' })
-  notification.onclick = () => window.focus()
+function elsewhere(text: string, tag: string): void {
+  if (!usePreferences().notifications || !document.hidden || !('Notification' in window) || Notification.permission !== 'granted') return
+  try {
+    new Notification('labrun', { body: text, tag, icon: '/icon.svg' }).onclick = () => window.focus()
+  } catch {
+    // A telephone's browser has the word, but makes none without a service worker.
+  }
 }
 
 /** `(!)` before the title while a run waits for a person; ✓ or ✕ for one that ended while the page was hidden. */
