@@ -52,6 +52,7 @@ export function useNotifications(): void {
       notices.tell(`${device} is lost`, { level: 'problem', device })
       elsewhere(`${device} is lost`, device)
     }
+    for (const one of notices.shown) if (one.device && now[one.device] === 'online' && one.text === `${one.device} is lost`) notices.drop(one.id)
   })
   const seen = (): void => {
     if (document.hidden) return
