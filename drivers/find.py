@@ -138,11 +138,12 @@ def check_installed(driver: type[Driver], config: dict[str, Any]) -> None:
         raise DriverFault(f"the driver {driver.__name__} cannot work: {why}")
 
 
-def speaks(driver: type[Driver], contract: str) -> bool:
-    """Whether a driver is one for this contract: its own, or an earlier one that its own keeps."""
+def speaks(driver: type[Driver], contract: Contract) -> bool:
+    """Whether a driver is one for this contract or one that it `also` keeps: its own, or an earlier one."""
     spoken = getattr(driver, "contract", None)
     known = shipped_contracts().get(spoken) if isinstance(spoken, str) else None
-    return spoken == contract or (known is not None and known.keeps(contract))
+    kept = (contract.type, *contract.also)
+    return spoken in kept or (known is not None and any(known.keeps(one) for one in kept))
 
 
 def check_driver(driver: type[Driver], contract: Contract) -> None:
@@ -158,7 +159,7 @@ def check_driver(driver: type[Driver], contract: Contract) -> None:
 def _faults(driver: type[Driver], contract: Contract) -> Iterator[str]:
     if driver.any_contract:
         return  # only its configuration may not fit, and the driver reports that
-    if not speaks(driver, contract.type):
+    if not speaks(driver, contract):
         yield f"it is a driver for {getattr(driver, 'contract', None)}"
     for name in contract.safe_state:
         if name not in contract.actions:

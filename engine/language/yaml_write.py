@@ -23,5 +23,5 @@ def write_yaml(data: Any, out: TextIO) -> None:
     Quoting.add_representer(str, Quoting.represent_str)
     yaml = YAML(typ="safe", pure=True)
     yaml.Representer = Quoting
-    yaml.sort_base_mapping_type_on_output = False
+    yaml.sort_base_mapping_type_on_output = False  # pyright: ignore[reportAttributeAccessIssue]
     yaml.dump(data, out)

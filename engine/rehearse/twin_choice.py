@@ -37,7 +37,7 @@ def player(name: str, lab: LoadedLab) -> tuple[type[Driver], dict[str, Any], str
         if known in SHIPPED and known not in COMPUTING and not known.startswith("sim_"):
             continue  # of real hardware; it need not be imported to know that
         found = _found(known)
-        if found is None or not speaks(found, contract.type) or not _does(found, contract):
+        if found is None or not speaks(found, contract) or not _does(found, contract):
             continue
         if issubclass(found, Twin):
             return found, _configured(found, lab), f"the twin {known}"

@@ -7,6 +7,7 @@ import pytest
 from labrun.drivers.driver import Driver
 from labrun.drivers.find import SHIPPED, DriverFault, check_driver, driver_places, find_driver
 from labrun.schemas.contract import Contract
+from labrun.schemas.contracts import shipped_contracts
 
 HEAD = "from labrun.drivers.driver import Driver\n"
 
@@ -63,6 +64,16 @@ def test_a_driver_that_cannot_be_found_is_a_sentence(tmp_path, name, text, words
 
 def test_a_driver_that_keeps_its_contract_starts():
     check_driver(Lamp, contract())
+
+
+def test_a_driver_serves_a_contract_of_ones_own_that_keeps_its_contract_too(tmp_path):
+    ours = shipped_contracts()["gantry@1"].model_copy(
+        update={"type": "stage@1", "also": ["gantry@1"]}
+    )
+
+    check_driver(find_driver("grbl", tmp_path), ours)
+    with pytest.raises(DriverFault, match=r"it is a driver for libs_analyzer@1; .*async def home"):
+        check_driver(find_driver("sim_libs", tmp_path), ours)
 
 
 @pytest.mark.parametrize(
