@@ -18,7 +18,7 @@ class ArgumentFaults(ValueError):
     """Everything that is wrong with the arguments of one action."""
 
     def __init__(self, faults: list[ArgumentFault]) -> None:
-        super().__init__("; ".join(fault.told() for fault in faults))
+        super().__init__("; ".join(fault.with_hint() for fault in faults))
         self.faults = faults
 
 

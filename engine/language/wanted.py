@@ -28,7 +28,7 @@ class ArgumentFault(ValueError):
         self.param, self.message, self.hint = param, message, hint
         self.code, self.bounds, self.path = code, bounds, path or (param,)
 
-    def told(self) -> str:
+    def with_hint(self) -> str:
         """With the way on, where there is one."""
         return f"{self.message}; {self.hint}" if self.hint else self.message
 
