@@ -111,7 +111,7 @@ def test_a_refused_goal_is_result_false_with_a_sentence(endpoint):
 
     assert told == [{
         "op": "action_result", "action": "/Lamp_9/glow", "id": "g", "status": 0, "result": False,
-        "values": "Lamp__9_.glow.seconds: -1 s is outside seconds 0..600 s",
+        "values": "Lamp__9_.glow.seconds: -1 s is outside seconds 0..600 s; a limit of the contract",
     }]  # fmt: skip
 
 
