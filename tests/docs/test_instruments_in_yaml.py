@@ -3,11 +3,11 @@
 import re
 from pathlib import Path
 
-from labrun.drivers.bridges.http import HttpAction, HttpConfig
+from labrun.drivers.bridges.http_config import HttpAction, HttpConfig
 from labrun.drivers.bridges.library import LibraryAction
 from labrun.drivers.bridges.line_bridge import LineAction
 from labrun.drivers.bridges.lines import LineConfig
-from labrun.drivers.bridges.modbus import ModbusAction, ModbusConfig, Register
+from labrun.drivers.bridges.modbus_config import ModbusAction, ModbusConfig, Register
 from labrun.drivers.bridges.ophyd import OphydConfig
 from labrun.drivers.bridges.pylabrobot import PylabrobotConfig
 from labrun.drivers.bridges.pymeasure import PymeasureConfig

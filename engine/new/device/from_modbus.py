@@ -12,7 +12,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from ....drivers.bridges.modbus import TABLES, Register
+from ....drivers.bridges.modbus_config import TABLES, Register
 from ....schemas.model import first_fault
 from ..protocol import CannotMake
 from .metadata import Schema, unit

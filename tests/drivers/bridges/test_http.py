@@ -6,7 +6,7 @@ from urllib.parse import quote
 
 import pytest
 
-from labrun.drivers.bridges.http import HttpConfig
+from labrun.drivers.bridges.http_config import HttpConfig
 from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
 
 RPM = {"type": "number", "unit": "rpm"}
