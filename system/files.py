@@ -3,6 +3,7 @@
 import os
 import secrets
 import shutil
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -101,6 +102,18 @@ def lock_file(file: IO[str]) -> None:
         msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
     else:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # pyright: ignore[reportPossiblyUnboundVariable]
+
+
+def lock_of_this_computer(name: str) -> IO[str]:
+    """A file by this name for `lock_file`, which programs of every user may lock; raises OSError."""
+    path = Path(tempfile.gettempdir()) / f"labrun_{name}.lock"
+    no_link = getattr(os, "O_NOFOLLOW", 0)
+    try:
+        return os.fdopen(
+            os.open(path, os.O_RDWR | os.O_CREAT | no_link, 0o644), "r+", encoding="utf-8"
+        )
+    except PermissionError:  # it is another user's: to lock it, reading is enough
+        return os.fdopen(os.open(path, os.O_RDONLY | no_link), encoding="utf-8")
 
 
 def sync_file(descriptor: int) -> None:

@@ -5,12 +5,10 @@ when a process dies.
 """
 
 import asyncio
-import tempfile
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from pathlib import Path
 
-from ...system.files import lock_file
+from ...system.files import lock_file, lock_of_this_computer
 
 AGAIN_S = 0.01
 
@@ -21,14 +19,14 @@ class SharedLine:
     def __init__(self, resource: str) -> None:
         self._resource = resource
         name = "".join(sign if sign.isalnum() else "_" for sign in resource.lower())
-        self._path = Path(tempfile.gettempdir()) / f"labrun_line_{name}.lock"
+        self._name = f"line_{name}"
 
     @asynccontextmanager
     async def turn(self, timeout_s: float) -> AsyncIterator[None]:
         """Wait until nobody else asks; raises OSError when the time is up."""
         clock = asyncio.get_running_loop().time
         until = clock() + timeout_s
-        with self._path.open("a+") as file:
+        with lock_of_this_computer(self._name) as file:
             while True:
                 try:
                     lock_file(file)

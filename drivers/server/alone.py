@@ -5,29 +5,31 @@ window, it does not. So the server locks a file, which the system frees when the
 """
 
 import os
-import tempfile
 from contextlib import ExitStack
 from hashlib import blake2b
-from pathlib import Path
 
-from ...system.files import lock_file
+from ...system.files import lock_file, lock_of_this_computer
+from ...system.process import alive
 
 
 def alone_with(what: str) -> ExitStack:
     """Have an instrument until the stack is closed; raises OSError if another server has it."""
     key = blake2b(what.encode(), digest_size=8).hexdigest()
-    path = Path(tempfile.gettempdir()) / f"labrun_alone_{key}.lock"
     with ExitStack() as having:
-        file = having.enter_context(path.open("a+", encoding="utf-8"))
+        file = having.enter_context(lock_of_this_computer(f"alone_{key}"))
         try:
             lock_file(file)
         except OSError:
             file.seek(0)
+            said = file.read()  # of one that another user's server has locked, an older one
+            holder = said if said.isdigit() and alive(int(said)) else "unknown"
             raise OSError(
-                f"{what} has a device server already (process {file.read() or 'unknown'}): wait until "
+                f"{what} has a device server already (process {holder}): wait until "
                 f"the run or call that started that has ended, or end it"
             ) from None
-        file.truncate(0)
-        file.write(str(os.getpid()))
-        file.flush()
+        if file.writable():
+            file.seek(0)
+            file.truncate()
+            file.write(str(os.getpid()))
+            file.flush()
         return having.pop_all()

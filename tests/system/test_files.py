@@ -1,11 +1,14 @@
 """A file is the old one or the new one, whole."""
 
+import contextlib
 import os
+import tempfile
+from pathlib import Path
 
 import pytest
 
 from labrun.system import files
-from labrun.system.files import write_whole
+from labrun.system.files import lock_file, lock_of_this_computer, write_whole
 
 posix = pytest.mark.skipif(os.name == "nt", reason="permissions and links of POSIX")
 
@@ -87,3 +90,34 @@ def test_a_folder_in_its_place_is_told_and_nothing_else_stays(tmp_path):
         write_whole(tmp_path / "report.html", b"page")
 
     assert names(tmp_path) == ["report.html"]
+
+
+@contextlib.contextmanager
+def as_somebody_else(root):
+    if root:
+        os.seteuid(65534)
+    try:
+        yield
+    finally:
+        if root:
+            os.seteuid(0)
+
+
+@posix
+def test_a_lock_of_another_user_can_be_had_when_it_is_free_and_is_seen_when_it_is_not():
+    name = f"test_{os.getpid()}"
+    path = Path(tempfile.gettempdir()) / f"labrun_{name}.lock"
+    root = os.geteuid() == 0
+    try:
+        with lock_of_this_computer(name) as theirs:
+            if not root:
+                path.chmod(0o444)
+            with as_somebody_else(root), lock_of_this_computer(name) as ours:
+                assert not ours.writable()
+                lock_file(ours)
+                with pytest.raises(OSError):
+                    lock_file(theirs)
+                ours.close()
+                lock_file(theirs)
+    finally:
+        path.unlink()
