@@ -1,7 +1,6 @@
 """Reach every device that a run uses: start the servers that belong to it, connect, take leases."""
 
 import asyncio
-import contextlib
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -11,7 +10,7 @@ from typing import Any
 from ...drivers.client.client import DeviceClient, LeaseHeld, ServerUnreachable
 from ...drivers.client.launch import RunningServer, ServerFailed, keep_running, start_patiently
 from ...schemas.lab import LabDevice
-from ...system.tasks import end, spawn
+from ...system.tasks import end, in_time, spawn
 from ..lab.bind import BoundRole
 from ..lab.lab import LoadedLab
 from .served_lab import named_at, served_at, started_by
@@ -97,7 +96,7 @@ async def connect(
 
 async def _reach(name: str, lab: LoadedLab, connections: Connections) -> None:
     device = lab.lab.devices[name]
-    await _while_starting(name, lab, connections)
+    await in_time(_while_starting(name, lab, connections), lab.lab.start_timeout_s)
     if (url := named_at(device)) is not None:
         await _open(name, url, device.token, lab, connections)
     elif (connections.folder / name).exists():
@@ -120,17 +119,13 @@ async def _reach(name: str, lab: LoadedLab, connections: Connections) -> None:
 async def _while_starting(name: str, lab: LoadedLab, connections: Connections) -> None:
     """Wait until a `labrun serve` that is starting a device serves it: its instrument has one server."""
     told = False
-    with contextlib.suppress(TimeoutError):
-        async with asyncio.timeout(lab.lab.start_timeout_s):
-            while (process := started_by(lab, name)) is not None:
-                if named_at(lab.lab.devices[name]) or served_at(lab, name):
-                    return
-                if not told:
-                    connections.say(
-                        f"waiting for `labrun serve` (process {process}), which starts {name}"
-                    )
-                    told = True
-                await asyncio.sleep(START_LOOK_S)
+    while (process := started_by(lab, name)) is not None:
+        if named_at(lab.lab.devices[name]) or served_at(lab, name):
+            return
+        if not told:
+            connections.say(f"waiting for `labrun serve` (process {process}), which starts {name}")
+            told = True
+        await asyncio.sleep(START_LOOK_S)
 
 
 async def _open(
