@@ -5,10 +5,12 @@ import re
 from .yaml_characters import named, odd_characters
 from .yaml_lines import Lines
 from .yaml_node import YamlFault, shown
+from .yaml_traps import colon_for
 
 TAB = re.compile(r"[ ]*(?:-[ ]*)*(\t)")
 TAB_AFTER = re.compile(r"[^\"'#]*[:,-][ ]*(\t)")
 EXPRESSION = re.compile(r"\$\{\{.*?(\}\}|$)")
+GIVEN = re.compile(r"([A-Za-z_]\w*) ?= ?[\"']?$")
 CUT = re.compile(r"(\$\{\{(?:(?!\}\}).)*?)\s#")
 ODD_SPACE = re.compile(
     r"\s*?(?:-\s*)*([\u00a0\u202f\u2009\u3000\u200b\ufeff])|[^'\"#]*?[:-]([\u00a0\u202f\u3000])"
@@ -95,6 +97,10 @@ def _bare_expression(lines: Lines, number: int, line: str, column: int) -> YamlF
         return None
     match = EXPRESSION.match(line, begun)
     assert match is not None
+    if given := GIVEN.search(line, 0, begun):
+        at = lines.starts[number - 1] + given.start()
+        words = "a value without a colon before it"
+        return YamlFault("E101", words, at, colon_for(given[1]), len(given[1]))
     hint = f'write "{shown(match[0])}"'
     if line[begun - 1 : begun] in CURLY and begun:
         hint = f"{named(line[begun - 1])} is not a quote in YAML; {hint}"

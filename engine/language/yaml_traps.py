@@ -37,6 +37,7 @@ SPOKEN = re.compile(r"(?:([0-9]+) ?h)? ?(?:([0-9]+) ?(?:m|min)?)? ?(?:([0-9]+) ?
 RANGE = re.compile(r"([0-9.]+) ?(?:-|\.\.|to) ?([0-9.]+)( ?[^\W\d_]+)?")
 NAMED = re.compile(r"(?:params|steps|status|run)\.\w[\w.]*")
 NO_VALUE = re.compile(r"\s*[,}]")
+EQUALS = re.compile(r"([A-Za-z_]\w*) ?= ?(?=[^=\s])")
 NO_SPACE = re.compile(r"([A-Za-z_]\w*):([^\s/].*)", re.DOTALL)
 TEXT = re.compile(r"^(?!id ).*\b(?:needs|wants|not|or) text\b(?! or)")
 """A message that text of any kind is expected."""
@@ -168,7 +169,14 @@ def value_hint(node: Node, raw: str, message: str) -> str:
     return ""
 
 
+def colon_for(key: str) -> str:
+    """The hint for a key that is given its value by a sign of equality."""
+    return f"a colon stands between a key and its value: `{key}:`, not `{key} =`"
+
+
 def _read_as_text(node: Node, text: str, message: str) -> str:
+    if node.plain and "needs keys" in message and (match := EQUALS.match(text)):
+        return colon_for(match[1])
     if match := COMMA.fullmatch(text):
         return f"numbers have a decimal point: {match[1]}.{match[2]}{match[3] or ''}"
     if node.plain and (hint := _plain_text(text, message)):
@@ -220,6 +228,8 @@ def key_hint(key: str, text: str, start: int, end: int) -> str:
         return f"a comma separates entries; a number has a decimal point: {before[:1]}.{key}"
     if match := NO_SPACE.fullmatch(key):
         return f"a space is missing after the colon: `{match[1]}: {shown(match[2])}`"
+    if match := EQUALS.match(key):
+        return colon_for(match[1])
     if NO_VALUE.match(text, end) and text[:start].rstrip()[-1:] == ",":
         return NO_BRACKETS
     return odd_characters(key)

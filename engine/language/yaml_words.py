@@ -7,6 +7,7 @@ from .yaml_characters import named
 from .yaml_lines import Lines
 from .yaml_looks import CURLY, looks, tab
 from .yaml_node import YamlFault, shown
+from .yaml_traps import colon_for
 
 NO_TOKEN = re.compile(r"found character '(.+)' that cannot start any token")
 GOT = re.compile(r"but (?:got|found) \(?'?([^',)]+)'?")
@@ -14,6 +15,7 @@ KEY = re.compile(r"[ ]*(?:-[ ]+)*([^\s:#'\"-][^:#]*):(?=\s|$)")
 QUOTE_TEXT = "put the text in quotes"
 SECOND = re.compile(r"[{,]\s*[A-Za-z]\w*:\s+[\w.]+?\s*(;|(?<=\s))\s*([a-z_]+)$")
 """In a mapping in brackets, a key with a value of one word and another key behind it."""
+GIVEN = re.compile(r"""[{,]\s*([A-Za-z_]\w*) ?= ?["']""")
 BLOCK = re.compile(r".*:\s+[|>][-+0-9]*\s*(?:#.*)?$")
 FIRST_COLON = re.compile(r"(?:^\s*|[-{,]\s+)(?:-\s+)*[^:\s]+:\s+(?=\S)")
 
@@ -169,6 +171,9 @@ def _quoted(said: str, lines: Lines, offset: int, begun: int) -> YamlFault:
     if curly := next((mark for mark in line if mark in CURLY), None):
         hint = f"{named(curly)} in this line is not a quote in YAML; write {lines.text[begun]}"
         return _fault("a quote that is never closed", begun, hint)
+    if given := GIVEN.search(line):
+        at = lines.starts[lines.place(begun)[0] - 1] + given.start(1)
+        return _fault("a value without a colon before it", at, colon_for(given[1]), len(given[1]))
     return _fault("a quote that is never closed", begun,
                   "close it, or double any quote that belongs to the text")  # fmt: skip
 
