@@ -40,7 +40,8 @@ Fails:
 
 E309. `foreach` needs a list, a span or a grid; `timeout` and `wait` need a time, `until` a time of day
 or a date with its time; `repeat`, `max` and `max_failed` need a whole number; `when`, `if`, `while` and
-`require` need an expression. The `key` of an iteration is its name for ever, so no clock gives it.
+`require` need an expression, all of it between the braces: `${{ a }} > 3` is text, and always true. The
+`key` of an iteration is its name for ever, so no clock gives it.
 
 Passes:
 
@@ -66,13 +67,13 @@ from typing import Any
 from ...schemas.problem import Problem
 from ...schemas.protocol import Retry
 from ...schemas.quantity import UnitError, is_quantity, same_dimension, seconds
-from ..language.expression import ExpressionError
+from ..language.expression import Expression, ExpressionError
 from ..language.fold import cases, fold
 from ..language.grid import LONGEST
 from ..language.moments import next_moment
 from ..language.operators import words
 from ..language.types import Type, in_words
-from ..language.value import Constant, Value
+from ..language.value import Constant, Text, Value
 from ..survey.spots import Spot
 from .context import Context
 from .texts import as_quantity, texts_like_quantities
@@ -105,6 +106,12 @@ def _check(context: Context, spot: Spot, texts: Mapping[str, str]) -> Iterator[P
             yield context.source.problem(spot.place, fault.code, fault.message, hint)
     if faults:
         return
+    if spot.use == "condition" and isinstance(spot.value, Text):
+        message = f"{spot.what}: text around `${{{{ }}}}` makes text of it, which would always count as true"
+        yield context.source.problem(
+            spot.place, "E309", message, _between_braces(spot.what, spot.value)
+        )
+        return
     if spot.use == "key" and spot.value.live:
         message = "a clock cannot give the key: it is the iteration's name for ever"
         yield context.source.problem(spot.place, "E309", message, "use what the loop goes through")
@@ -118,6 +125,18 @@ def _check(context: Context, spot: Spot, texts: Mapping[str, str]) -> Iterator[P
     wrong = _wrong_value(spot, folded.value) if folded.known else _wrong_type(spot, kind)
     if wrong:
         yield context.source.problem(spot.place, "E309", *wrong)
+
+
+def _between_braces(what: str, text: Text) -> str:
+    """How a condition is written that has something beside its braces."""
+    meant = "".join(part if isinstance(part, str) else part.text for part in text.parts).strip(
+        " =;,."
+    )
+    try:
+        Expression(meant)
+    except ExpressionError:
+        return "write all of it between the braces"
+    return f"write {what}: ${{{{ {meant} }}}}"
 
 
 def _first_fault(spot: Spot) -> str:

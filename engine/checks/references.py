@@ -217,9 +217,13 @@ def check(context: Context) -> Iterator[Problem]:
 
 
 def _is_news(context: Context, fault: Fault) -> bool:
-    """False for another family's fault, and for an id whose own misspelling is reported."""
-    if fault.code != "E304" or context.whole:
+    """False for another family's fault, and for a name whose misspelling, or its key's, is reported."""
+    if context.whole or fault.code not in ("E303", "E304", "E305"):
         return fault.code in CODES
+    if fault.code == "E303":
+        return bool(context.survey.params)
+    if fault.code == "E305":
+        return fault.message.startswith("steps.")
     name = fault.message.partition(":")[0].removeprefix("steps.")
     return name not in {re.sub(r"\W", "_", known) for known in context.survey.raw_names}
 

@@ -35,10 +35,13 @@ from ...schemas.problem import Problem
 from ...schemas.protocol import Set
 from ...schemas.quantity import QUANTITY, UnitError, parse_quantity
 from ..language.shape import Place
+from ..language.value import Text
 from .context import Context
 
 BARE = ("set", "collect", "output", "text")
 """Where any text is allowed, so that nothing else finds it."""
+VALUES = ("set", "collect", "output", "argument")
+"""Where a value keeps its type if nothing stands beside it."""
 NAMED = re.compile(r"(?:params|steps)(?:\.[A-Za-z_]\w*)+")
 CODES = {"W420": "text that looks like a quantity and is used in calculations"}
 
@@ -49,6 +52,12 @@ def check(context: Context) -> Iterator[Problem]:
         if spot.use in BARE and isinstance(spot.raw, str) and NAMED.fullmatch(spot.raw):
             message = f"`{spot.raw}` without `${{{{ }}}}` is plain text and is not replaced"
             hint = f'write "${{{{ {spot.raw} }}}}" for the value of the expression'
+            yield context.source.problem(spot.place, "W101", message, hint)
+        elif (
+            spot.use in VALUES and isinstance(spot.value, Text) and (left := _left_over(spot.value))
+        ):
+            message = f"the `{left}` beside `${{{{ }}}}` makes text of the value"
+            hint = f"write it without the `{left}`"
             yield context.source.problem(spot.place, "W101", message, hint)
     looks = list(texts_like_quantities(context))
     if not looks:
@@ -84,6 +93,13 @@ def _is_quantity(text: str) -> bool:
     except UnitError:
         return False
     return True
+
+
+def _left_over(text: Text) -> str:
+    """What other languages end or begin a value with, where nothing else stands beside one expression."""
+    beside = [part.strip() for part in text.parts if isinstance(part, str)]
+    left = "".join(beside)
+    return left if len(text.parts) - len(beside) == 1 and left in ("=", ";", ",", ".", ":") else ""
 
 
 def _computed_with(context: Context) -> set[str]:

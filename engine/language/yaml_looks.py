@@ -17,6 +17,9 @@ ODD_SPACE = re.compile(
 )
 WIDE_COLON = re.compile(r"\s*(?:- +)*\w+(：)")
 NO_SPACE = re.compile(r"\s*(?:- +)*(([A-Za-z_]\w*):([^\s:/#][^#]*))(?:#|$)")
+OPENED = re.compile(r"(?:^|[\s\[{,])((['\"])(?:(?!\2).)*)$")
+"""A quote that is opened in a line and not closed in it."""
+CLOSED = re.compile(r"(?:[:,-]\s+|[\[{])(['\"])")
 CURLY = "“”„«»‘’"
 FENCE = re.compile(r"\s*(?:```|~~~)")
 CONFLICT = re.compile(r"^<{7}(?: |$).*", re.MULTILINE)
@@ -36,6 +39,7 @@ def looks(lines: Lines, offset: int, *, flow: bool) -> YamlFault | None:
         or _conflict(lines.text)
         or _fence(lines, *here)
         or _tab(lines, *here)
+        or _open_quote(lines, *here, column)
         or (_bare_expression(lines, *here, column) if flow else None)
         or _in_either(lines, here, above)
     )
@@ -88,6 +92,24 @@ def tab(offset: int) -> YamlFault:
     """A tab where only spaces are allowed."""
     return YamlFault("E101", "a tab; YAML is indented with spaces", offset,
                      "replace the tab with spaces; most editors can do this")  # fmt: skip
+
+
+def _open_quote(lines: Lines, number: int, line: str, column: int) -> YamlFault | None:
+    """A quote that was meant to open a text, and closes one that was left open further up."""
+    first = CLOSED.search(line, 0, column)
+    if first is None:
+        return None
+    for above in range(number - 1, 0, -1):
+        found = OPENED.search(lines.line(above))
+        if found is not None and found[2] == first[1]:
+            at = lines.starts[above - 1] + found.start(1)
+            hint = f"close it; the text now goes on to the {first[1]} in line {number}"
+            return YamlFault(
+                "E101", "a quote that is never closed on its line", at, hint, len(found[1].rstrip())
+            )
+        if first[1] in lines.line(above):
+            return None
+    return None
 
 
 def _bare_expression(lines: Lines, number: int, line: str, column: int) -> YamlFault | None:

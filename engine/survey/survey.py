@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from ..language.load import Broken
 from ..language.own_functions import read_functions
 from ..language.shape import Place
 from ..language.source import Source
+from ..language.suggest import closest
 from ..language.table import Tables
 from ..language.types import (  # fmt: skip
     ANY,
@@ -33,11 +35,12 @@ from .spots import Spot, StepAt, Use
 from .used import Opened, roles_for
 
 
-def raw_names(data: Any) -> tuple[set[str], Counter[str]]:
+def raw_names(data: Any, whole: bool) -> tuple[set[str], Counter[str]]:
     """Every id and name of a loop or `set` in the file, even in steps that could not be read.
 
-    Their problems are not reported again for expressions that use them. Also returns how often
-    each name is `set`.
+    Their problems are not reported again for expressions that use them; unless the file was read `whole`,
+    neither is a key such as `sset` or `id:stay`, once for each use of the name. Also returns how often each
+    name is `set`.
     """
     found: set[str] = set()
     counts: Counter[str] = Counter()
@@ -48,13 +51,22 @@ def raw_names(data: Any) -> tuple[set[str], Counter[str]]:
             left += here
         elif isinstance(here, dict):
             left += here.values()
-            if isinstance(here.get("id"), str):
-                found.add(here["id"])
-            for key in ("set", "foreach"):
-                if isinstance(here.get(key), dict):
-                    found.update(here[key])
-                    counts.update(list(here[key]) if key == "set" else ())
+            for written, value in here.items():
+                key = written if whole or not isinstance(written, str) else _naming(written)
+                if key == "id" and isinstance(value, str):
+                    found.add(value)
+                elif key in ("set", "foreach") and isinstance(value, dict):
+                    found.update(value)
+                    counts.update(list(value) if key == "set" else ())
+                elif isinstance(key, str) and key.startswith("id:"):
+                    found.add(key.removeprefix("id:"))
     return found, counts
+
+
+@cache
+def _naming(key: str) -> str:
+    """The key that gives a name, where this one looks like it."""
+    return closest(key, ("id", "set", "foreach")) or key
 
 
 @dataclass(slots=True)
@@ -100,7 +112,7 @@ class Survey(Declarations):
         self.tables = Tables(source.path, opened.folders)
         self.functions = dict(read_functions(protocol.functions, source.path, opened.folders))
         self.own_names = frozenset({*protocol.functions, *source.names("functions")})
-        self.raw_names, self.set_counts = raw_names(source.data)
+        self.raw_names, self.set_counts = raw_names(source.data, opened.loaded.whole)
         self.params: dict[str, Type] = dict.fromkeys(source.names("params"), ANY)
         self.params |= {name: type_of_param(param) for name, param in protocol.params.items()}
         self.ids: dict[str, Declared] = {}

@@ -158,7 +158,8 @@ Fails:
           z: "{{ params.depth }}"
 
 W101. Text in double braces, or in `${ }`, is not changed, nor is `steps.weight.mass` without any. Other
-programs replace such text with a value, so it may be a mistake.
+programs replace such text with a value, so it may be a mistake. A `;` or `,` beside `${{ }}` makes text of
+what would be a number.
 
 Passes:
 

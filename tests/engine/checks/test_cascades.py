@@ -21,6 +21,10 @@ def told(text):
         ("devices: {g: gantry@1}\nsteps:\n  - {do: g.home, timeout: 0}\n", "E309 5"),
         ("steps:\n  - set: {span: 1}\n", "E407 4"),
         ("steps:\n  - set: {a: 1 mm}\n  - log: ${{ a + 1 mm }}\n", "E308 5"),
+        ("paramms: {a: {type: integer, default: 1}}\nsteps:\n  - log: ${{ params.a }}\n", "E110 3"),
+        ("steps:\n  - Set: {a: 1}\n  - log: ${{ a }}\n  - set: {a: 2}\n", "E114 4"),
+        ("steps:\n  - sset: {a: 1}\n  - log: ${{ a }}\n", "E114 4"),
+        ("steps:\n  - {id:first, log: x}\n  - log: ${{ steps.first.y }}\n", "E110 4"),
         ("steps:\n  - {id: a-b, log: x}\n  - log: ${{ steps.a_b.c }}\n", "E112 4"),
     ],
 )
