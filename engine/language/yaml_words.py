@@ -95,8 +95,8 @@ def _flow(said: str, context: str, lines: Lines, offset: int, begun: int) -> Yam
     if what.startswith("<stream end"):
         return _open_bracket(closing, lines, begun)
     here = lines.text[offset : offset + 1]
-    line = lines.place(begun)[0]
-    if line != lines.place(offset)[0] and lines.line(lines.place(offset)[0]).lstrip()[:2] == "- ":
+    line, there = lines.place(begun)[0], lines.place(offset)[0]
+    if line != there and _begins_anew(lines.line(there), lines.line(line)):
         return _open_bracket(closing, lines, begun)
     if here == ":" and mapping:
         if lacking := _no_comma(lines, begun, offset):
@@ -112,9 +112,17 @@ def _flow(said: str, context: str, lines: Lines, offset: int, begun: int) -> Yam
     if here in ("}", "]"):
         return _fault(f"{here} cannot close a bracket opened with {lines.text[begun]}", offset,
                       f"write {closing}")  # fmt: skip
-    where = "" if line == lines.place(offset)[0] else f" of line {line}"
+    where = "" if line == there else f" of line {line}"
     return _fault(f"a comma or {closing} is missing before this", offset,
                   f"check whether the bracket {lines.text[begun]}{where} is closed")  # fmt: skip
+
+
+def _begins_anew(line: str, opened: str) -> bool:
+    """Whether a line is a step, or a key no deeper than the line of a bracket: it is not inside it."""
+    depth = len(line) - len(line.lstrip())
+    return line.lstrip()[:2] == "- " or (
+        KEY.match(line) is not None and depth <= len(opened) - len(opened.lstrip())
+    )
 
 
 def _no_comma(lines: Lines, begun: int, offset: int) -> YamlFault | None:
