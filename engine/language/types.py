@@ -158,6 +158,13 @@ def _map(schema: Mapping[str, Any]) -> Type:
     return Type("map", fields=named, rest=ANY if others is True else type_of_schema(others))
 
 
+def _either_map(maps: list[Type]) -> Type:
+    """A field that none of the maps has is none; what one of them lacks may be anything."""
+    names = dict.fromkeys(name for one in maps for name in one.fields)
+    named = {name: either([one.fields.get(name, ANY) for one in maps]) for name in names}
+    return Type("map", fields=named, rest=None if all(one.rest is None for one in maps) else ANY)
+
+
 def either(types: list[Type]) -> Type:
     """The type of a value that is one of several."""
     known = [one for one in types if one.kind != "null"]
@@ -166,7 +173,7 @@ def either(types: list[Type]) -> Type:
     first = known[0]
     if all(one.kind == first.kind and one.unit == first.unit for one in known):
         if first.kind in ("list", "map") and any(one != first for one in known):
-            return LIST if first.kind == "list" else Type("map", rest=ANY)
+            return LIST if first.kind == "list" else _either_map(known)
         return Type(
             first.kind, first.unit, first.item, first.fields, first.rest,
             whole=all(one.whole for one in known),
