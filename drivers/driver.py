@@ -2,7 +2,7 @@
 
 import asyncio
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
@@ -63,6 +63,20 @@ class Place:
     folder: Path
     world: Path
     contract: Contract | None = None
+
+
+def only(known: Collection[str], given: Iterable[str], what: str = "config") -> None:
+    """Raise ValueError for a key that is given and not known, with the one that it looks like."""
+    unknown = sorted(set(given) - set(known))
+    if not unknown:
+        return
+    from difflib import get_close_matches  # not at the top: most labs have no mistyped keys
+
+    near = get_close_matches(unknown[0].casefold(), known, n=1)
+    guess = f"; perhaps {near[0]} is meant" if near else ""
+    raise ValueError(
+        f"{what} has no key {', '.join(unknown)}; its keys are: {', '.join(known)}{guess}"
+    )
 
 
 class Driver:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from ...system.files import remove, write_whole
-from ..driver import ActionFailed, Driver, GoalContext, Place
+from ..driver import ActionFailed, Driver, GoalContext, Place, only
 from .sending import deliver, reasons
 
 
@@ -78,11 +78,10 @@ class Messenger(Driver):
 def receivers(place: Place) -> dict[str, str]:
     """Name -> address from a lab's config; raises ValueError with a sentence."""
     to = place.config.get("to")
-    if unknown := sorted(set(place.config) - {"to"}):
-        raise ValueError(f"{place.device}: config has no key {', '.join(unknown)}; its key is: to")
+    only(("to",), place.config)
     if not isinstance(to, dict) or not to or not all(isinstance(a, str) for a in to.values()):
         raise ValueError(
-            f"{place.device}: config needs `to`, names with their addresses: "
+            "config needs `to`, names with their addresses: "
             'to: {ada: "mailto://...", everybody: "ntfy://our-lab"}'
         )
     return to

@@ -4,6 +4,7 @@ import math
 from collections.abc import Collection
 from typing import Any
 
+from ..driver import only
 from .gantry import AXES
 from .keep_out import read_boxes
 from .outputs import read_outputs
@@ -12,12 +13,9 @@ PLACING = ("origin", "axes", "keep_out", "home_first", "homing_timeout", "safe_z
 """The bench settings of every real gantry."""
 
 
-def check_config(device: str, config: dict[str, Any], known: Collection[str]) -> None:
+def check_config(config: dict[str, Any], known: Collection[str]) -> None:
     """Raise ValueError with the first error."""
-    if unknown := sorted(set(config) - set(known)):
-        raise ValueError(
-            f"config has no key {', '.join(unknown)}; its keys are: {', '.join(known)}"
-        )
+    only(known, config)
     _check_axes(config.get("axes"))
     _check_place("origin", config.get("origin"))
     _check_place("home_here", config.get("home_here"))

@@ -51,7 +51,7 @@ class RealGantry(AnyGantry):
     known: Known
 
     def __init__(self, place: Place) -> None:
-        check_config(place.device, place.config, self.options)
+        check_config(place.config, self.options)
         super().__init__(place)
         self.limits = whole_limits(place)
         self.bench: Bench = read_bench(place.config, self.limits, HAND_RANGE)

@@ -50,7 +50,7 @@ def make_device(
         )
     except ValidationError as fault:
         raise ServeFault(f"device {name}: its contract: {first_fault(fault)}") from fault
-    except (DriverFault, LimitFault, OSError) as fault:
+    except (DriverFault, LimitFault, OSError, ValueError) as fault:
         raise ServeFault(f"device {name}: {fault}") from fault
     except Exception as fault:  # a driver's own __init__ may raise anything about its config
         raise ServeFault(f"device {name}: {in_words(fault)}") from fault

@@ -99,7 +99,11 @@ def _left_over(text: Text) -> str:
     """What other languages end or begin a value with, where nothing else stands beside one expression."""
     beside = [part.strip() for part in text.parts if isinstance(part, str)]
     left = "".join(beside)
-    return left if len(text.parts) - len(beside) == 1 and left in ("=", ";", ",", ".", ":", "}", "{") else ""
+    return (
+        left
+        if len(text.parts) - len(beside) == 1 and left in ("=", ";", ",", ".", ":", "}", "{")
+        else ""
+    )
 
 
 def _computed_with(context: Context) -> set[str]:

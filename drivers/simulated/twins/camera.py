@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 from ...cameras.vision.board import Board
 from ...cameras.vision.intrinsics import Intrinsics
 from ...cameras.vision.rig import Rig
+from ...driver import only
 from ...world import World
 from .camera_scene import Scene, Stone
 from .faults import chance
@@ -79,8 +80,5 @@ def _board(said: dict[str, Any] | None) -> Board | None:
 
 
 def _filled(name: str, said: dict[str, Any] | None, usual: dict[str, float]) -> dict[str, float]:
-    if unknown := sorted(set(said or {}) - set(usual)):
-        raise ValueError(
-            f"{name} has no key {', '.join(unknown)}; its keys are: {', '.join(usual)}"
-        )
+    only(usual, said or {}, name)
     return {key: float((said or {}).get(key, value)) for key, value in usual.items()}

@@ -10,6 +10,7 @@ from labrun.drivers.grbl.gantry import Grbl
     ("config", "words"),
     [
         ({"prot": 1}, "config has no key prot; its keys are: port, baud"),
+        ({"port": "x", "Bauds": 1}, "; perhaps baud is meant$"),
         ({"port": ""}, "config needs `port`"),
         ({"baud": "fast"}, "baud is 'fast'; it must be a number above 0"),
         ({"axes": {"x": "X", "y": "X"}}, "each once"),
