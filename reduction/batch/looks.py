@@ -13,14 +13,20 @@ from ..spectrum.fault import Unreadable
 from ..spectrum.source import beginning_of
 from ..spectrum.text_bytes import shown, text_bytes
 
-TEXT = {".csv", ".tsv", ".txt", ".dat", ".asc", ".xy", ".prn", ".ttt", ".trt"}
-OTHER = {".npy", ".spc", ".sif", ".h5", ".hdf5", ".nxs", ".raw8", ".rwd8", ".irr8", ".str8"}
+TEXT = {".csv", ".tsv", ".txt", ".dat", ".asc", ".xy", ".prn", ".ttt", ".trt", ".ssm", ".jaz"}
+OTHER = {
+    ".npy", ".spc", ".sif", ".h5", ".hdf5", ".nxs", ".jdx", ".dx",
+    ".raw8", ".raw8x", ".rwd8", ".irr8", ".rfl8", ".rfl8x", ".str8",
+}  # fmt: skip
 SUFFIXES = {*TEXT, *OTHER}
 PACKED = ".gz"
 AVASOFT_7 = "a binary file of AvaSoft 7, for which there is no kept reader; export it as text"
 UNREAD = {
     ".rmd": AVASOFT_7, ".roh": AVASOFT_7, ".rcm": AVASOFT_7,
     ".spe": "a Princeton file; export it as CSV or HDF5",
+    ".procspec": "a file of SpectraSuite's own; export it as text",
+    ".wdf": "a Renishaw file; export it as text",
+    ".fits": "a FITS file; save its table as CSV",
     ".xlsx": "a spreadsheet; export it as CSV",
     ".xls": "a spreadsheet; export it as CSV",
     ".ods": "a spreadsheet; export it as CSV",

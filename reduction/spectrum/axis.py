@@ -42,8 +42,11 @@ def unit_named(words: str) -> Unit | None:
     return next((unit for unit, pattern in NAMED if pattern.search(words)), None)
 
 
-def in_nm(values: FloatArray, unit: Unit = "nm") -> FloatArray:
-    """Wavelengths in nm, shape (n,). Raises Unreadable if they make no sense in that unit."""
+def in_nm(values: FloatArray, unit: Unit = "nm", said: bool = False) -> FloatArray:
+    """Wavelengths in nm, shape (n,). Raises Unreadable if they make no sense in that unit.
+
+    said: the unit, by a heading or a person, so that steps of 1 are no numbers of channels.
+    """
     if unit not in UNITS:
         raise Unreadable(f"{unit!r} is not a unit of wavelength; choose one of {', '.join(UNITS)}")
     values = np.asarray(values, dtype=np.float64)
@@ -51,16 +54,19 @@ def in_nm(values: FloatArray, unit: Unit = "nm") -> FloatArray:
     first, last = float(np.min(nm)), float(np.max(nm))
     if first >= SHORTEST_NM and last <= USUAL_NM:
         return nm
-    if counts_channels(values):
+    inside = first >= SHORTEST_NM and last <= LONGEST_NM
+    if counts_channels(values) and not (said and inside):
+        hint = "; if they are in nm, use --unit nm (unit='nm')" if inside else ""
         raise Unreadable(
             "the first column is channel numbers (..., 7, 8, 9, ...), not wavelengths; "
-            "export the spectrum with its wavelength axis"
+            f"export the spectrum with its wavelength axis{hint}"
         )
-    if first >= SHORTEST_NM and last <= LONGEST_NM:
+    if inside:
         return nm
     likely = [one for one in UNITS if _plausible(_nm(values, one))]
     hint = (
-        f"; if they are in {likely[0]}, say so in a heading, or use --unit {likely[0]} (unit={likely[0]!r})"
+        f"; if they are in {' or '.join(likely)}, say so in a heading, or use --unit {likely[0]} "
+        f"(unit={likely[0]!r})"
         if likely
         else ""
     )

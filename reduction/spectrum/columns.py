@@ -26,7 +26,8 @@ RESULT = re.compile(
 )
 # Not the light of a plasma, in counts or in proportion to them.
 NO_LIGHT = re.compile(
-    r"absorban|absorpt|transmi|reflec|extinct|\bOD\b|\bdB\b|\blog(10|e)?(?![a-z])", re.I
+    r"absorban|absorpt|transmi|reflec|extinct|kubelka|\bOD\b|\bdB\b|\blog(10|e|arithm)?(?![a-z])",
+    re.I,
 )
 UNLIKE = 5.0  # ratio of the median counts of columns that cannot be shots of one another
 LEAST_ALIKE = 0.3  # correlation of shots
@@ -85,6 +86,15 @@ def choose(headings: Sequence[str], table: FloatArray, asked: Sequence[str] | No
     if aside:
         notes.append(f"not used: {_listed(aside)}")
     return Chosen(axis, tuple(shots), _unit(names[axis]), tuple(notes))
+
+
+def check_light(quantity: str, what: str) -> None:
+    """Raise Unreadable for the quantity of a file's only spectrum that is no light of a plasma."""
+    if NO_LIGHT.search(quantity):
+        raise Unreadable(
+            f"{what} with {quantity.strip()[:40]!r}, and no counts of light that a plasma emits; "
+            "export these"
+        )
 
 
 def side_by_side(

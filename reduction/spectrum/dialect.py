@@ -58,7 +58,7 @@ def fields_of(line: str, separator: str) -> list[str]:
     line = line.strip()
     if separator == SPACES:
         return line.split()
-    fields = next(_csv(line, separator)) if '"' in line else line.split(separator)
+    fields = _csv(line, separator) if '"' in line else line.split(separator)
     return [field.strip() for field in fields]
 
 
@@ -213,7 +213,10 @@ def _decimal(text: bytes, at: int, separator: str, words: bool) -> str:
     return ","
 
 
-def _csv(line: str, separator: str) -> Iterator[list[str]]:
+def _csv(line: str, separator: str) -> list[str]:
     import csv
 
-    return csv.reader([line], delimiter=separator)
+    try:
+        return next(csv.reader([line], delimiter=separator))
+    except csv.Error:  # a field of more than 131,072 characters: no number
+        return line.split(separator)

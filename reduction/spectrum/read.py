@@ -53,20 +53,19 @@ def read_shots(
     """The shots in a file, as `read_spectrum` reads them, one by one."""
     raw = unpacked(bytes_of(source))
     told = _readout(raw, None if columns is None else tuple(columns))
-    axis = np.asarray(told.axis, dtype=np.float64)
-    if not np.isfinite(axis).all():
-        raise Unreadable("a wavelength is not a number")
-    counts = np.where(np.isfinite(told.shots), told.shots, np.nan)
+    notes = list(told.notes)
+    axis, counts = _with_wavelengths(np.asarray(told.axis, np.float64), told.shots, notes)
+    counts = np.where(np.isfinite(counts), counts, np.nan)
     if not np.isfinite(counts).any():
         raise Unreadable("the spectrum has no numeric intensity")
-    notes = list(told.notes)
     in_unit = unit or told.unit or "nm"
     if unit is None and told.unit is None:
         check_unsaid(axis)
     if unit is None and in_unit != "nm":
         what = "wavelengths" if in_unit in NM_PER else "the axis is"
         notes.append(f"{what} in {in_unit}, as the file says")
-    shots = _ascending(in_nm(axis, in_unit), counts, notes)
+    said = unit is not None or told.unit is not None
+    shots = _ascending(in_nm(axis, in_unit, said), counts, notes)
     return _with_light(replace(shots, notes=tuple(notes)))
 
 
@@ -94,6 +93,21 @@ def _readout(raw: bytes, columns: tuple[str, ...] | None) -> Readout:
                 raise Unreadable(f"--columns is for text and HDF5; this is {format.NAME}")
             return format.read(raw)
     return read_text(raw, columns)
+
+
+def _with_wavelengths(
+    axis: FloatArray, counts: FloatArray, notes: list[str]
+) -> tuple[FloatArray, FloatArray]:
+    """Without channels at the ends that have none, as pixels beyond a spectrograph's range."""
+    known = np.flatnonzero(np.isfinite(axis))
+    if not len(known) or len(known) < known[-1] - known[0] + 1:
+        raise Unreadable(
+            "a wavelength is not a number; are these the columns of the spectrum? Say which with --columns"
+        )
+    if len(known) < len(axis):
+        notes.append(f"{len(axis) - len(known)} channels at the ends have no wavelength; left out")
+    inside = slice(known[0], known[-1] + 1)
+    return axis[inside], counts[:, inside]
 
 
 def _ascending(nm: FloatArray, counts: FloatArray, notes: list[str]) -> Shots:

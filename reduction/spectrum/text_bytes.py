@@ -1,6 +1,7 @@
 """Bring the bytes of a text to one alphabet: UTF-8 or any other in which digits are ASCII."""
 
 import codecs
+import re
 
 from .fault import Unreadable
 
@@ -14,7 +15,7 @@ MARKS = (
 KINDS = (
     (
         b"PK\x03\x04",
-        "a zip archive, or a spreadsheet (.xlsx, .ods); export it as CSV, or unpack it",
+        "a zip archive, or a spreadsheet (.xlsx, .ods) or ProcSpec file; export it as text, or unpack it",
     ),
     (b"\xd0\xcf\x11\xe0", "an old Office file (.xls); export it as CSV"),
     (b"%PDF", "a PDF"),
@@ -34,6 +35,7 @@ KINDS = (
     (b"SIMPLE  =", "a FITS file; save its table as CSV"),
 )
 BEGINNING = 4096
+CONTROL = re.compile(rb"[\x01-\x08\x0e-\x1f\x7f]")
 TYPESET = (("\N{MINUS SIGN}".encode(), b"-"), ("\N{NO-BREAK SPACE}".encode(), b" "))
 
 
@@ -50,7 +52,10 @@ def text_bytes(raw: bytes) -> bytes:
                 return _lines(_decoded(raw, encoding))
     kind = kind_of(raw)
     if kind:
-        raise Unreadable(f"this is {kind}; a spectrum is text or one of the formats of the manual")
+        raise Unreadable(
+            f"this is {kind}; a spectrum is text or one of the formats of the manual: "
+            "export it as one of these"
+        )
     return _lines(raw)
 
 
@@ -59,7 +64,10 @@ def kind_of(raw: bytes) -> str:
     for magic, kind in KINDS:
         if raw.lstrip().startswith(magic) and (len(magic) > 2 or b"\0" in raw[:BEGINNING]):
             return kind
-    return "not text" if b"\0" in raw[:BEGINNING] else ""
+    beginning = raw[:BEGINNING]
+    filled = beginning.replace(b"\0", b"")  # AvaSoft 7 fills a name with zero bytes
+    text = b"\0" not in beginning or (b"\n" in filled and not CONTROL.search(filled))
+    return "" if text else "not text"
 
 
 def shown(line: bytes) -> str:
@@ -82,6 +90,8 @@ def _decoded(raw: bytes, encoding: str) -> bytes:
 
 
 def _lines(text: bytes) -> bytes:
+    if b"\0" in text:
+        text = text.replace(b"\0", b"")
     if not text.isascii():
         for mark, plain in TYPESET:
             text = text.replace(mark, plain)

@@ -49,7 +49,9 @@ def _plot(h5py: Any, file: Any) -> tuple[Any, Any]:
     for group in _groups(h5py, file):
         signal = _text(group.attrs.get("signal"))
         axes = [_text(name) for name in np.atleast_1d(group.attrs.get("axes", []))]
-        if signal in group and axes and axes[-1] in group:
+        if axes and all(
+            name in group and hasattr(group[name], "shape") for name in (signal, axes[-1])
+        ):
             return group[axes[-1]], group[signal]
     return _by_name(_datasets(file))
 

@@ -8,6 +8,7 @@ import re
 import numpy as np
 
 from ..axis import unit_named
+from ..columns import check_light
 from ..fault import Unreadable
 from ..readout import Readout
 from ..spectrum import FloatArray
@@ -35,6 +36,7 @@ def read(raw: bytes) -> Readout:
         raise Unreadable(f"{NAME} in a compressed form; export it with plain numbers, or as CSV")
     rows = [[float(one) for one in NUMBER.findall(line)] for line in data[1:]]
     x, y = _even(labels, rows) if form.startswith(EVEN) else _pairs(labels, rows)
+    check_light(labels.get("YUNITS", ""), NAME)
     unit = unit_named(labels.get("XUNITS", ""))
     return Readout(x, (y * _number(labels, "YFACTOR", 1.0))[None], unit)
 
@@ -57,7 +59,7 @@ def _parts(text: str) -> tuple[dict[str, str], list[str]]:
             data.append(label[2].strip())
         labels.setdefault(name, label[2].strip())
     if "NTUPLES" in labels or labels.get("BLOCKS", "1") != "1":
-        raise Unreadable(f"{NAME} with several spectra: export them one by one")
+        raise Unreadable(f"{NAME} with several spectra: export them one by one, or as text")
     return labels, data
 
 

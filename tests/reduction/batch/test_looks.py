@@ -25,6 +25,8 @@ ROWS = "200.0,5\n200.1,6\n"
         ("a.csv", "nan,5\n"),
         ("a.csv", "pixel,intensity\n0,5\n"),
         ("a.npy", "not looked into"),
+        ("a.jdx", "##TITLE=x\n"),
+        ("a.SSM", ROWS),
         ("a.csv", "wavelength,intensity\n" + "200.000,5\n" * BEGINNING),
     ],
 )

@@ -75,6 +75,8 @@ DIALECTS = {
     "avantes, units of its own": "Wave ;Dark ;Ref ;Sample ;Absolute Irradiance\n"
     "[nm] ;[counts] ;[counts] ;[counts] ;[mW/cm2/nm]\n\n"
     + commas(rows("{0};31.5;41.5;{1};0.5\n")),
+    "avantes 7": "0911147U1- \nspectrometer name: 0911147U1" + 45 * "\0" + "\nWave   ;Sample\n"
+    "[nm]   ;[counts]\n" + rows("{};{}\n"),
     "andor asc": rows("{},{}\n") + SOLIS,
     "andor top": SOLIS.replace("\n\n", "") + "\n" + rows("{},{}\n"),
     "descending": "nm;counts\n" + rows("{};{}\n", X[::-1], Y[::-1]),
@@ -104,6 +106,10 @@ DIALECTS = {
     "bars": "nm|counts\n" + rows("{}|{}\n"),
     "b&w tek": "Date;2014-05-02\nPixel;Wavelength;Raman Shift;Dark;Raw data #1;Dark Subtracted #1;%TR #1;\n"
     + "".join(f"{i};{a};0;100;{b + 100};{b};1.0;\n" for i, (a, b) in enumerate(zip(X, Y, strict=True))),
+    "b&w tek, pixels beyond the range": "File Version;BWSpec4.11\n"
+    "Pixel;Wavelength;Wavenumber;Raman Shift;Dark;Reference;Raw data #1;Dark Subtracted #1;%TR #1;\n"
+    + commas("0;   ;   ;   ;9.5;8.5;7.5;6.5;0.0;\n" + rows("1;{0};9.5;3.5;100.0;9.5;7.5;{1};1.0;\n")
+             + "2;   ;   ;   ;9.5;8.5;7.5;6.5;0.0;\n"),
     "labspec": "#AxisType[1]=\tSpectr\n#AxisUnit[1]=\tnm\n" + rows("{}\t{}\n"),
     "empty columns": "Wave;Int;;;\n" + rows("{};{};;;\n"),
     "in rows": ",".join(map(str, X)) + "\n" + ",".join(map(str, Y)) + "\n",
@@ -515,6 +521,15 @@ def test_frames_in_long_tables_are_shots(before):
         (commas(rows("{:.4f};{:.2f}\n")).rstrip()[:-4], "cut off while it was written"),
         ("2048 3\n" + rows("{} {}\n"), r"first line of numbers \(2048\) is not in the order"),
         ("##TITLE= x\n##JCAMP-DX=4.24\n" + rows("{} {}\n"), "JCAMP-DX file without a spectrum"),
+        ('{"a": "' + 140_000 * "b" + '"}', "no line of it is two numbers"),
+        (
+            "px,nm,I\n"
+            + "".join(
+                f"{i},{'' if i == 9 else x},{y}\n"
+                for i, (x, y) in enumerate(zip(X, Y, strict=True))
+            ),
+            "a wavelength is not a number; are these the columns of the spectrum",
+        ),
         ('{"wavelength": [200, 201], "counts": [1, 2]}', "no line of it is two numbers"),
         (rows("{},{}\n") + "962.1,5,7\n", "line 61 has 3 columns"),
         ("PK\x03\x04\0\0", "a zip archive, or a spreadsheet"),

@@ -13,17 +13,23 @@ X = np.linspace(200.0, 900.0, N)
 Y = np.round(np.abs(np.random.default_rng(4).normal(500, 300, N)), 2).astype(np.float32)
 
 
-def spc(x=X, shots=(Y,), kind=3, even=True):
-    """Galactic's new format, little-endian; kind 1: wavenumbers, 2: micrometres, 3: nanometres."""
+def spc(x=X, shots=(Y,), kind=3, even=True, quantity=4, log=b""):
+    """Galactic's new format, little-endian; kind 1: wavenumbers, 2: micrometres, 3: nanometres.
+
+    quantity 2: absorbance, 4: counts.
+    """
     flags = (0x80 if not even else 0) | (0x04 if len(shots) > 1 else 0)
     head = struct.pack(
-        "<BBBBIddIBBBB", flags, 0x4B, 0, 0x80, len(x), x[0], x[-1], len(shots), kind, 4, 0, 0
+        "<BBBBIddIBBBB", flags, 0x4B, 0, 0x80, len(x), x[0], x[-1], len(shots), kind, quantity, 0, 0
     )
     head += struct.pack("<I", 2019 << 20 | 1 << 16 | 31 << 11 | 11 << 6 | 58)
     body = b"" if even else x.astype("<f4").tobytes()
     for at, shot in enumerate(shots):
         body += struct.pack("<BBHfffIIf4x", 0, 0x80, at, at, at, 0, len(x), 0, 0)
         body += shot.astype("<f4").tobytes()
+    if log:
+        head = head.ljust(248, b"\0") + struct.pack("<I", 512 + len(body))
+        body += struct.pack("<5I44x", 64 + len(log), 4096, 64, 0, 0) + log
     return head.ljust(512, b"\0") + body
 
 
@@ -80,8 +86,18 @@ def test_a_galactic_file_of_several_spectra_gives_shots_and_micrometres_are_conv
     assert found.notes == ("wavelengths in um, as the file says",)
 
 
+def test_a_log_of_free_text_does_not_keep_a_galactic_file_from_being_read():
+    pytest.importorskip("spc_io")
+
+    assert read_spectrum(spc(log=b"baseline corrected\r\n")).intensity.tolist() == Y.tolist()
+
+
 def test_a_galactic_file_over_wavenumbers_and_a_part_of_one_are_refused():
     pytest.importorskip("spc_io")
+    with pytest.raises(Unreadable, match="with 'absorbance', and no counts of light"):
+        read_spectrum(spc(quantity=2))
+    with pytest.raises(Unreadable, match="in its old format, or none; save it in the new one"):
+        read_spectrum(spc()[:1] + b"M" + spc()[2:])
     with pytest.raises(Unreadable, match="whose axis is XWAVEN, not a wavelength"):
         read_spectrum(spc(kind=1))
     with pytest.raises(Unreadable, match="is the file complete"):
@@ -155,6 +171,7 @@ def test_plain_jcamp_is_read_in_either_form():
         (jcamp_even().replace(b"##LASTX= 326.0", b"##LASTX= 526.0"), "do not begin where"),
         (jcamp_even().replace(b"##LASTX= 326.0", b"##LASTX= ?"), "LASTX is '[?]', not a number"),
         (jcamp_even().replace(b"(X++(Y..Y))", b"(X++(R..R))"), "without a spectrum in it"),
+        (jcamp_even().replace(b"COUNTS", b"Logarithm epsilon"), "and no counts of light"),
         (jcamp_even() + b"##NTUPLES=\n", "with several spectra"),
     ],
 )
@@ -188,6 +205,10 @@ def test_datasets_are_known_by_their_names_or_asked_for(tmp_path):
     def unclear(file):
         file["a/x1"], file["a/y1"], file["a/y2"] = X, Y, Y + 1
 
+    def scanned(file):
+        file.create_group("a").attrs.update(signal="scan", axes=["row", "."])
+        file["a/scan"], file["a/row"] = np.stack([Y, Y + 1]), np.arange(2)
+
     def numbered(file):
         file["Wavelengths/1"], file["Spectra/001"] = X, np.stack([Y, Y + 1])
 
@@ -195,6 +216,8 @@ def test_datasets_are_known_by_their_names_or_asked_for(tmp_path):
     assert len(read_shots(hdf5(tmp_path, numbered))) == 2
     with pytest.raises(Unreadable, match=r"name both, as in --columns .* it has /a/x1 \(64,\)"):
         read_spectrum(hdf5(tmp_path, unclear))
+    with pytest.raises(Unreadable, match=r"name both, as in --columns .* it has /a/row \(2,\)"):
+        read_spectrum(hdf5(tmp_path, scanned))
     found = read_spectrum(hdf5(tmp_path, unclear), columns=("a/x1", "a/y2"))
     assert found.intensity.tolist() == (Y + 1).tolist()
     with pytest.raises(Unreadable, match="no dataset a/z"):
