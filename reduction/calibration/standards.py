@@ -10,16 +10,30 @@ from pathlib import Path, PurePath
 from ..lines.formula import element_in
 
 PER_CENT = {
-    "wt %": 1.0, "wt%": 1.0, "wt.%": 1.0, "wt. %": 1.0, "mass %": 1.0, "gew.-%": 1.0, "%": 1.0, "g/kg": 0.1,
-    "mg/g": 0.1,
-    "ppm": 1e-4, "ug/g": 1e-4, "mg/kg": 1e-4, "ppb": 1e-7, "ug/kg": 1e-7,
+    "%": 1.0, "wt%": 1.0, "weight%": 1.0, "mass%": 1.0, "gew%": 1.0, "m%": 1.0, "%m/m": 1.0, "%w/w": 1.0,
+    "w/w%": 1.0, "percent": 1.0, "g/100g": 1.0, "g/kg": 0.1, "mg/g": 0.1,
+    "ppm": 1e-4, "ug/g": 1e-4, "mg/kg": 1e-4, "ppb": 1e-7, "ug/kg": 1e-7, "ng/g": 1e-7,
 }  # fmt: skip
+TYPESET = str.maketrans("µμ−⁻¹₀₁₂₃₄₅₆₇₈₉", "uu--10123456789")
+PER_GRAM = re.compile(r"([umn]?g)(k?g)-1")  # ug g-1
 UNITS = "wt %, g/kg, ppm, mg/kg, ppb"
 HEADING = re.compile(r"\s*([A-Za-z0-9]+)\s*(?:[(\[_,]?\s*([^)\]]+?)\s*[)\]]?)?\s*")
 # As analyses of rocks head it, and what else they have that is no concentration of an element.
 TOTAL_IRON = re.compile(r"(FeO|Fe2O3)[ _]?(?:\*|\(?[Tt](?:ot(?:al)?)?\)?)(?![a-z])")
-TOTAL = re.compile(r"(?:(?:MOC|oxides?) )?(?:total|sum|loi)(?:\W+(?:wt|mass|gew|%).*)?", re.I)
+TOTAL = re.compile(
+    r"%? ?(?:(?:MOC|oxides?) )?(?:total|sum|loi|h2o ?[-+−])(?:\W+(?:wt|mass|gew|%).*)?", re.I
+)
+ERROR = re.compile(
+    r".*(?:±|\+/-|(?<![a-z])(?:err(?:or)?|std(?:ev)?|s\.?d\.?|rsd|sigma|uncert[a-z]*|u\(.*\))(?![a-z])).*",
+    re.I,
+)
+UNIT_ROW = ("", "unit", "units")
+UNKNOWN = ("", "-", "–", "—", "−", "nan", "na", "n/a", "#n/a")
+NONE_SEEN = re.compile(r"[<>~≈].*|n\.? ?d\.?|b\.?d\.?l\.?|lod|trace|tr\.?|none", re.I)
+GROUPED = re.compile(r"[-+]?\d{1,3}(?:\.\d{3})+")
+PYHAT = {"", "meta", "comp", "wvl"}  # what stands above the headings of its tables
 CELL = re.compile(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
+SHOWN = 8  # headings in a message
 MOST = 100.5  # wt %, of one element and of all
 MOST_WRITTEN = 103.0  # of oxides and elements as they are written: a good analysis may total 101
 
@@ -43,10 +57,14 @@ class Standard:
 
 @dataclass(frozen=True, slots=True)
 class Standards:
-    """The samples of a table, in its order. notes: sentences on what was converted."""
+    """The samples of a table, in its order. notes: sentences on what was converted.
+
+    rows: the sample of each row, where a row has its spectrum, too; else empty.
+    """
 
     samples: tuple[Standard, ...]
     notes: tuple[str, ...]
+    rows: tuple[str, ...] = ()
 
     @property
     def elements(self) -> list[str]:
@@ -66,8 +84,9 @@ class _Column:
 def read_standards(text: str, name: str) -> Standards:
     """The table in a CSV file's text: `sample`, perhaps `file`, and `Li (ppm)`, `SiO2 (wt %)`, ...
 
-    name: of the file, for messages. An empty cell is unknown. Raises StandardsFault with all
-    problems.
+    A column for each standard in place of a row, units in a line of their own, and PyHAT's tables
+    (`meta`, `comp` and `wvl` above the headings) are read, too. name: of the file, for messages. An
+    empty cell is unknown. Raises StandardsFault with all problems.
     """
     lines = [
         (n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip(" ,;\t") and line[0] != "#"
@@ -77,52 +96,168 @@ def read_standards(text: str, name: str) -> Standards:
             f"{name}: it is empty; it needs headings, as in `sample,Li (ppm)`, and a row for each standard"
         ])  # fmt: skip
     between = max(";\t,", key=lines[0][1].count)
-    rows = [(n, next(csv.reader([line], delimiter=between))) for n, line in lines]
-    headings = [cell.strip() for cell in rows[0][1]]
+    rows = [
+        (f"{name}:{n}", [cell.strip() for cell in next(csv.reader([line], delimiter=between))])
+        for n, line in lines
+    ]
+    notes: list[str] = []
+    rows, has_spectra = _without_spectra(rows, notes)
+    rows = _upright(rows, name, notes)
+    headings = rows[0][1]
     words = [heading.casefold() for heading in headings]
     if "sample" not in words:
+        shown = ", ".join(headings[:SHOWN]) + (" ..." if len(headings) > SHOWN else "")
         raise StandardsFault([
-            f"{name}:{rows[0][0]}: no column `sample`; it has {', '.join(headings)}; call that of the "
-            "standards' names `sample`"
+            f"{rows[0][0]}: no column `sample`; it has {shown}; call that of the standards' names `sample`"
         ])  # fmt: skip
+    rows = _with_units(rows, words.index("sample"))
     problems: list[str] = []
-    columns = _columns(headings, f"{name}:{rows[0][0]}", problems)
+    if between != ",":
+        problems += _two_readings(rows)
+    columns = _columns(rows, problems, notes)
     samples = [
-        _standard(f"{name}:{n}", cells, words, columns, between != ",", problems)
-        for n, cells in rows[1:]
+        _standard(where, cells, words, columns, between != ",", problems)
+        for where, cells in rows[1:]
     ]
-    first: dict[str, int] = {}
-    problems += [
-        f"{name}:{n}: {one.sample!r} has a row already, line {first[one.sample.casefold()]}; give one "
-        "row to each standard, with all its files"
-        for (n, _), one in zip(rows[1:], samples, strict=True)
-        if one.sample and first.setdefault(one.sample.casefold(), n) != n
-    ]
+    named = tuple(one.sample for one in samples)
+    first: dict[str, tuple[str, Standard]] = {}
+    for (where, _), one in zip(rows[1:], samples, strict=True):
+        before, same = first.setdefault(one.sample.casefold(), (where, one))
+        if not one.sample or before == where or (has_spectra and same == one):
+            continue
+        problems.append(
+            f"{where}: {one.sample!r} has a row already, {_place(before, name)}; give one row to each "
+            "standard, with all its files"
+            if not has_spectra
+            else f"{where}: {one.sample!r} has another composition than {_place(before, name)}"
+        )
+    samples = [one for _, one in first.values()] if has_spectra else samples
     if not problems and not any(one.wt_percent for one in samples):
         problems.append(
             f"{name}: no concentration of any element; write what is known of each standard, 0 for none"
         )
     if problems:
         raise StandardsFault(list(dict.fromkeys(problems)))
-    notes = [
+    notes += [
         f"{c.heading}: wt % of {c.element} are {c.factor:.5g} times it"
         for c in columns if c.factor not in PER_CENT.values()
-    ] + [f"{heading}: left aside" for heading in headings if TOTAL.fullmatch(heading)]  # fmt: skip
-    return Standards(tuple(samples), tuple(notes))
+    ]  # fmt: skip
+    return Standards(tuple(samples), tuple(notes), named if has_spectra else ())
 
 
-def _columns(headings: list[str], where: str, problems: list[str]) -> list[_Column]:
+_Rows = list[tuple[str, list[str]]]  # each with its place
+
+
+def _place(where: str, name: str) -> str:
+    return where.removeprefix(name).lstrip(", ").replace(":", "line ")
+
+
+def _without_spectra(rows: _Rows, notes: list[str]) -> tuple[_Rows, bool]:
+    """PyHAT's table without its wavelengths; and whether it had any."""
+    kinds = [kind.casefold() for kind in rows[0][1]]
+    if len(rows) < 3 or "comp" not in kinds or not PYHAT.issuperset(kinds):
+        return rows, False
+    kept = [k for k, kind in enumerate(kinds) if kind in ("meta", "comp")]
+    rows = [(where, [cells[k] for k in kept if k < len(cells)]) for where, cells in rows[1:]]
+    where, headings = rows[0]
+    metas = [k for k, at in enumerate(kept) if kinds[at] == "meta"]
+    named = next((k for k in metas if headings[k].casefold() == "sample"), (*metas, 0)[0])
+    if headings[named].casefold() != "sample":
+        notes.append(f"the standards' names are those of {headings[named]!r}")
+    wanted = [named, *(k for k in range(len(headings)) if k not in metas)]
+    rows = [(where, [cells[k] for k in wanted if k < len(cells)]) for where, cells in rows]
+    comps = [headings[k] for k in wanted[1:]]
+    oxides = [heading for heading in comps if _of_element(heading) and _formula(heading)[1] == ""]
+    oxides = [heading for heading in oxides if element_in(_formula(heading)[0])[1] < 1]
+    if oxides:
+        notes.append(f"{', '.join(oxides)}: read as wt %, as no unit is said")
+    rows[0] = where, ["sample", *(f"{one} (wt %)" if one in oxides else one for one in comps)]
+    return rows, "wvl" in kinds
+
+
+def _upright(rows: _Rows, name: str, notes: list[str]) -> _Rows:
+    """A row for each standard, also where each has a column."""
+    headings = rows[0][1]
+    below = [cells[0] for _, cells in rows[1:]]
+    if any(map(_of_element, headings)) or 2 * sum(map(_of_element, below)) <= len(below):
+        return rows
+    wide = max(len(cells) for _, cells in rows)
+    turned = zip(*(cells + [""] * (wide - len(cells)) for _, cells in rows), strict=True)
+    found = [(f"{name}, column {k}", list(cells)) for k, cells in enumerate(turned, 1)]
+    found[0][1][0] = "sample"
+    notes.append("a column is a standard")
+    aside = [cells[0] for _, cells in found[1:] if ERROR.fullmatch(cells[0])]
+    if aside:
+        notes.append(f"{', '.join(aside)}: left aside, as errors of certificates")
+    return [one for one in found if any(one[1]) and not ERROR.fullmatch(one[1][0])]
+
+
+def _of_element(heading: str) -> bool:
+    try:
+        element_in(_formula(heading)[0])
+    except ValueError:
+        return False
+    return True
+
+
+def _with_units(rows: _Rows, name_at: int) -> _Rows:
+    """Units that stand in a line of their own, put into the headings."""
+    if len(rows) < 2:
+        return rows
+    where, headings = rows[0]
+    units = rows[1][1]
+    rest = [unit for k, unit in enumerate(units) if k != name_at and unit]
+    named = units[name_at].casefold() if name_at < len(units) else ""
+    if named not in UNIT_ROW or not rest or any(_plain(unit) not in PER_CENT for unit in rest):
+        return rows
+    units = units + [""] * (len(headings) - len(units))
+    joined = [
+        f"{heading} ({unit})" if unit and k != name_at else heading
+        for k, (heading, unit) in enumerate(zip(headings, units, strict=False))
+    ]
+    return [(where, joined), *rows[2:]]
+
+
+def _two_readings(rows: _Rows) -> list[str]:
+    """Problems of 277.000 beside 59,3: it may be either."""
+    if not any(re.fullmatch(r"[-+]?\d+,\d+", cell) for _, cells in rows[1:] for cell in cells):
+        return []
+    return [
+        f"{where}: {cell!r} may be {cell.replace('.', '')} or {float(cell):g}, since others have decimal "
+        "commas; write it without the point"
+        for where, cells in rows[1:]
+        for cell in cells
+        if GROUPED.fullmatch(cell) and cell.count(".") == 1
+    ]
+
+
+def _formula(heading: str) -> tuple[str, str]:
+    """The formula and the unit in a heading."""
+    told = HEADING.fullmatch(TOTAL_IRON.sub(r"\1", heading.translate(TYPESET)))
+    return (told[1], told[2] or "") if told else (heading, "")
+
+
+def _columns(rows: _Rows, problems: list[str], notes: list[str]) -> list[_Column]:
     found: list[_Column] = []
+    where, headings = rows[0]
     for place, heading in enumerate(headings):
-        aside = heading.casefold() in ("sample", "file", "note", "notes", "")
-        if aside or TOTAL.fullmatch(heading):
+        if heading.casefold() in ("sample", "file", "note", "notes", ""):
             continue
-        told = HEADING.fullmatch(TOTAL_IRON.sub(r"\1", heading))
-        formula, unit = told.groups() if told else (heading, "")
+        if TOTAL.fullmatch(heading):
+            notes.append(f"{heading}: left aside")
+            continue
+        if ERROR.fullmatch(heading):
+            notes.append(f"{heading}: left aside, as an error of the certificates")
+            continue
+        formula, unit = _formula(heading)
         try:
             element, part = element_in(formula)
         except ValueError as fault:
-            problems.append(f"{where}: column {heading!r}: {fault}; call a remark `note`")
+            cells = [cells[place] for _, cells in rows[1:] if place < len(cells)]
+            if any(map(CELL.fullmatch, cells)):
+                problems.append(f"{where}: column {heading!r}: {fault}; call a remark `note`")
+            else:
+                notes.append(f"{heading}: left aside, as words")
             continue
         if _plain(unit) not in PER_CENT:
             what = f"the unit {unit!r} is not known" if unit else "it has no unit"
@@ -133,12 +268,13 @@ def _columns(headings: list[str], where: str, problems: list[str]) -> list[_Colu
             problems.append(f"{where}: column {heading!r}: {element} has a column already")
         else:
             factor = PER_CENT[_plain(unit)] * part
-            found.append(_Column(place, heading, _plain(unit), element, factor))
+            found.append(_Column(place, heading, unit, element, factor))
     return found
 
 
-def _plain(unit: str | None) -> str:
-    return (unit or "").strip().replace("µ", "u").replace("μ", "u").casefold()
+def _plain(unit: str) -> str:
+    bare = re.sub(r"[\s.]", "", unit.translate(TYPESET)).casefold().replace("-%", "%")
+    return PER_GRAM.sub(r"\1/\2", bare)
 
 
 def _standard(
@@ -159,13 +295,18 @@ def _standard(
     written = 0.0
     for column in columns:
         cell = cells[column.place].strip()
-        if not cell or cell in ("-", "–"):
+        if cell.casefold() in UNKNOWN:
             continue
         told = CELL.fullmatch(cell.replace(",", ".") if decimal_comma else cell)
-        if cell[0] in "<>~≈":
+        if NONE_SEEN.fullmatch(cell):
             problems.append(
                 f"{where}: {column.heading}: {cell!r} is no concentration; leave it empty, or write 0 "
                 "if there is none"
+            )
+        elif "±" in cell or "+/-" in cell:
+            problems.append(
+                f"{where}: {column.heading}: {cell!r}: write the value alone; a certificate's error is not "
+                "counted"
             )
         elif told is None or not _number(told[1]) or not _unit_or_comma(told[2]):
             problems.append(
@@ -176,7 +317,7 @@ def _standard(
                 f"{where}: {column.heading}: {cell!r} has a comma; write a point, or put semicolons "
                 "between the columns"
             )
-        elif told[2] and PER_CENT[_plain(told[2])] != PER_CENT[column.unit]:
+        elif told[2] and PER_CENT[_plain(told[2])] != PER_CENT[_plain(column.unit)]:
             problems.append(
                 f"{where}: {column.heading}: {cell!r} is in another unit than its column ({column.unit}); "
                 "convert it"
@@ -192,7 +333,7 @@ def _standard(
             )
         else:
             known[column.element] = float(told[1]) * column.factor
-            written += float(told[1]) * PER_CENT[column.unit]
+            written += float(told[1]) * PER_CENT[_plain(column.unit)]
     if sum(known.values()) > MOST:
         problems.append(
             f"{where}: the elements of {sample} are {sum(known.values()):.1f} wt % together; are units mixed?"

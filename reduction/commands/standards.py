@@ -3,7 +3,7 @@
 import getpass
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -54,9 +54,15 @@ def calibrate_standards(asked: Asked) -> list[str]:
         )
     text = _text(asked.standards)
     standards = read_standards(text, asked.standards.name)
-    spectra = spectra_of(standards, _spectra(asked), asked.standards.name)
+    table = asked.standards if _in_table(asked, standards) else None
+    spectra = (
+        {one.sample: [asked.standards] for one in standards.samples}
+        if table
+        else spectra_of(standards, _spectra(asked), asked.standards.name)
+    )
     asked.output.parent.mkdir(parents=True, exist_ok=True)  # before the work, in case it cannot be
-    shots, axis = _shots(spectra, standards.elements, response)
+    rows = standards.rows if table else ()
+    shots, axis = _shots(spectra, standards.elements, response, rows)
     found = calibrate(standards, shots, choices) if closed is None else Calibrated({}, [], [], [])
     points = {} if closed is None else _one_point(standards, shots)
     if not found.elements and closed is None:
@@ -208,10 +214,22 @@ def _spectra(asked: Asked) -> list[Path]:
     return found
 
 
+def _in_table(asked: Asked, standards: Any) -> bool:
+    """Whether the spectra are those in the table of standards, which is given for both."""
+    table = asked.standards.resolve()
+    return bool(standards.rows) and all(path.resolve() == table for path in asked.files)
+
+
 def _shots(
-    spectra: Mapping[str, list[Path]], elements: list[str], response: str | None
+    spectra: Mapping[str, list[Path]],
+    elements: list[str],
+    response: str | None,
+    rows: Sequence[str],
 ) -> tuple[dict[str, Any], tuple[int, float, float]]:
-    """The reduced shots of each sample, and the axis that all have: channels, first and last nm."""
+    """The reduced shots of each sample, and the axis that all have: channels, first and last nm.
+
+    rows: the sample of each spectrum of the one file that has those of all; empty for others.
+    """
     from ..calibration.calibrate import Shot
     from ..calibration.calibration import asked_for
     from ..elements.elements import predominant_line
@@ -220,7 +238,8 @@ def _shots(
     from ..spectrum.response import read_response
 
     wanted = asked_for([element for element in elements if _can(predominant_line, element)], None)
-    say(f"{sum(map(len, spectra.values()))} files of {len(spectra)} standards")
+    n_files = len({path for paths in spectra.values() for path in paths})
+    say(f"{n_files} files of {len(spectra)} standards")
     shots: dict[str, Any] = {}
     axes: dict[Path, tuple[int, float, float]] = {}
     problems = []
@@ -231,7 +250,13 @@ def _shots(
                 found = read_shots(path)
                 x = found.wavelength_nm
                 axes[path] = len(x), round(float(x[0]), 3), round(float(x[-1]), 3)
+                if rows and len(rows) != len(found):
+                    raise ValueError(
+                        f"{len(found)} of its {len(rows)} rows have a spectrum; leave the others out"
+                    )
                 for k, one in enumerate(found.each(), 1):
+                    if rows and rows[k - 1].casefold() != sample.casefold():
+                        continue
                     spectrum = one if response is None else read_response(response).divided_out(one)
                     name = f"{path.name}, shot {k}" if len(found) > 1 else path.name
                     shots[sample].append(Shot(name, reduce_spectrum(spectrum, wanted)))

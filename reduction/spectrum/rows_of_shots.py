@@ -46,8 +46,9 @@ def read_rows(text: bytes) -> Readout | None:
             if is_row(fields):
                 return None
             continue
-        if not numeric(fields[begin]) and numeric(fields[begin + 1]):
-            begin += 1  # SiO2, before plain wavelengths
+        if numeric(fields[begin + LEAST - 1]):
+            while not numeric(fields[begin]):
+                begin += 1  # SiO2 and TiO2, before plain wavelengths
         end = next((k for k in range(begin, len(named)) if named[k] is None), len(named))
         axis = np.array(named[begin:end], dtype=np.float64)
         ascending = axis if axis[-1] > axis[0] else axis[::-1]

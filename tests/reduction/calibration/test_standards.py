@@ -55,9 +55,68 @@ def test_a_cell_may_say_the_unit_of_its_column_in_other_words():
     assert found.samples[0].wt_percent == pytest.approx({"Si": 12.5, "Li": 3e-4, "K": 1.0})
 
 
+ONE = {"Si": pytest.approx(23.185, abs=1e-3), "Li": pytest.approx(4.8e-4)}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sample,SiO2,Li,note\nunits,wt %,ppm,\nBHVO-2,49.6,4.8,\nA,50,5,\n",
+        ",SiO2,Li,sample\n,wt.-%,µg/g,\n1,49.6,4.8,BHVO-2\n2,50,5,A\n",
+        "sample,SiO₂ (weight %),Li (µg g⁻¹)\nBHVO-2,49.6,4.8\nA,50,NaN\n",
+        "sample,type,SiO2 (wt%),SiO2 err (wt%),±,Li (ng/g),sd,H2O+ (%)\nBHVO-2,basalt,49.6,.6,1,4800,9,2\n"
+        "A,glass,50,1,1,n/a,,\n",
+        "analyte,unit,BHVO-2,±,A\nSiO2,wt %,49.6,0.6,50\nLi,ppm,4.8,.1,−\n",
+        ",BHVO-2,A\nSiO2 (wt %),49.6,50\nLi (ppm),4.8,5\n",
+        "Sample;BHVO-2;A\nSiO2 (%);49,6;50\nLi (ppm);4,8;5\n",
+        ",meta,meta,comp,comp,wvl,wvl\n,shot,sample,SiO2,Li (ppm),200.1,200.2\n"
+        "0,1,BHVO-2,49.6,4.8,7,8\n1,2,A,50,5,7,8\n2,3,BHVO-2,49.6,4.8,8,9\n",
+        "meta,comp,comp\nTarget,SiO2 (wt %),Li (ppm)\nBHVO-2,49.6,4.8\nA,50,5\n",
+    ],
+)
+def test_other_shapes_of_a_table_are_read(text):
+    found = read_standards(text, "s.csv")
+
+    assert found.samples[0].wt_percent == ONE
+    assert [one.sample for one in found.samples] == ["BHVO-2", "A"]
+    assert found.rows == (("BHVO-2", "A", "BHVO-2") if "wvl" in text else ())
+
+
+def test_what_was_left_aside_or_taken_for_granted_is_noted():
+    turned = read_standards("analyte,unit,A,±\nSiO2,wt %,49.6,0.6\n", "s.csv")
+    beside = read_standards("sample,type,Si (%),Si_err (%)\nA,glass,20,1\n", "s.csv")
+    pyhat = read_standards("meta,comp\nTarget,SiO2\nA,50\n", "s.csv")
+
+    assert turned.notes[:2] == (
+        "a column is a standard",
+        "±: left aside, as errors of certificates",
+    )
+    assert beside.notes == (
+        "type: left aside, as words",
+        "Si_err (%): left aside, as an error of the certificates",
+    )
+    assert pyhat.notes[:2] == (
+        "the standards' names are those of 'Target'",
+        "SiO2: read as wt %, as no unit is said",
+    )
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [
+        ("meta,comp,wvl\nid,Li,200.1\nA,1,7\n", "s.csv:2: column 'Li': it has no unit"),
+        (
+            "meta,comp,wvl\nid,Li (%),200.1\nA,1,7\nA,2,7\n",
+            "s.csv:4: 'A' has another composition than line 3",
+        ),
+        (
+            "sample;Si (ppm);K (%)\nA;277.000;2,5\n",
+            "s.csv:2: '277.000' may be 277000 or 277, since others have",
+        ),
+        ("sample,Li (ppm)\nA,bdl\n", "'bdl' is no concentration; leave it empty, or write 0"),
+        ("sample,Li (ppm)\nA,n.d.\n", "'n.d.' is no concentration; leave it empty, or write 0"),
+        (",A,A\nLi (ppm),1,2\n", "s.csv, column 3: 'A' has a row already, column 2"),
+        (",A\nLi (ppm),x\n", "s.csv, column 2: Li (ppm): 'x' is not a number"),
         ("", "s.csv: it is empty"),
         ("name,Li (ppm)\nA,1\n", "s.csv:1: no column `sample`; it has name, Li (ppm)"),
         ("sample,Li\nA,1\n", "s.csv:1: column 'Li': it has no unit; write one of wt %,"),
@@ -79,7 +138,7 @@ def test_a_cell_may_say_the_unit_of_its_column_in_other_words():
         ("sample,Li (ppm)\nA,1.2.3\n", "'1.2.3' is not a number"),
         ("sample,Li (ppm)\nA,1\nA,2\n", "s.csv:3: 'A' has a row already, line 2"),
         ("sample,Li (ppm)\nA,1\na,2\n", "s.csv:3: 'a' has a row already, line 2"),
-        ("sample,Si (%)\nA,20 ± 1\n", "'20 ± 1' is not a number"),
+        ("sample,Si (%)\nA,20 ± 1\n", "'20 ± 1': write the value alone; a certificate's error"),
         ("sample,Li (ppm)\n,1\n", "s.csv:2: the sample has no name"),
         ("sample,Si (%),Al (%)\nA,70,60\n", "the elements of A are 130.0 wt % together"),
         ("sample,SiO2 (%),Al2O3 (%)\nA,70,40\n", "what is written of A is 110.0 wt % together"),

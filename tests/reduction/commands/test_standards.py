@@ -100,9 +100,24 @@ def test_standards_make_a_calibration_by_which_unknowns_are_read(labrun, place):
     )
 
 
+def in_one_table(place):
+    """The standards and their spectra, as PyHAT has them."""
+    rows = [
+        "meta,comp,comp" + ",wvl" * len(X),
+        ",".join(["sample,Li (ppm),Na2O", *map("{:.4f}".format, X)]),
+    ]
+    for path in sorted((place / "spectra").glob("*.csv")):
+        counts = np.loadtxt(path, delimiter=",", skiprows=1)[:, 1]
+        sample = path.name[:2]
+        rows.append(",".join([sample, str(PPM[sample]), "3", *map(str, counts)]))
+    (place / "table.csv").write_text("\n".join(rows) + "\n")
+    return "table.csv"
+
+
 def test_an_internal_standard_makes_up_for_the_light(labrun, place):
+    table = in_one_table(place)
     made = labrun(
-        "calibrate", "standards", "standards.csv", "spectra", "--normalise", "Na", "--line", "Li=610.36",
+        "calibrate", "standards", table, table, "--normalise", "Na", "--line", "Li=610.36",
         "--curve", "straight", "--no-figures",
     )  # fmt: skip
     (one,) = json.loads((place / "standards.calibration").read_text())["elements"].values()
@@ -110,6 +125,7 @@ def test_an_internal_standard_makes_up_for_the_light(labrun, place):
     assert made.returncode == 0, made.stderr
     assert "Li  610.361     ratio to Na  straight" in made.stdout
     assert one["internal"]["element"] == "Na"
+    assert sorted(point["sample"] for point in one["points"]) == sorted(PPM)
     assert not (place / "standards.png").exists()
 
 

@@ -363,6 +363,7 @@ def in_rows(heading, begin, head="", mark="{}", separator=","):
         in_rows("sample;class", "rock;{}", separator=";"),
         in_rows(",no,SiO2", '{},"basalt, a",49.1', head="meta,meta,comp" + ",wvl" * 80 + "\n"),
         in_rows("sample;class", "rock;{}", separator=";").replace(".", ","),
+        in_rows("sample,SiO2,TiO2", '"basalt {}",49.1,1.2'),
         in_rows('""', '"{}"', mark='"X{}"'),
         in_rows("Time", "0.{}", mark="{} nm"),
         in_rows("Time", "0.{}").replace("\n", ",\n").replace(",\n", "\n", 1),
