@@ -238,30 +238,28 @@ def _shots(
     from ..spectrum.response import read_response
 
     wanted = asked_for([element for element in elements if _can(predominant_line, element)], None)
-    n_files = len({path for paths in spectra.values() for path in paths})
-    say(f"{n_files} files of {len(spectra)} standards")
-    shots: dict[str, Any] = {}
+    samples = {path: sample for sample, paths in spectra.items() for path in paths}
+    named = {sample.casefold(): sample for sample in spectra}
+    say(f"{len(samples)} files of {len(spectra)} standards")
+    shots: dict[str, Any] = {sample: [] for sample in spectra}
     axes: dict[Path, tuple[int, float, float]] = {}
     problems = []
-    for sample, paths in spectra.items():
-        shots[sample] = []
-        for path in paths:
-            try:
-                found = read_shots(path)
-                x = found.wavelength_nm
-                axes[path] = len(x), round(float(x[0]), 3), round(float(x[-1]), 3)
-                if rows and len(rows) != len(found):
-                    raise ValueError(
-                        f"{len(found)} of its {len(rows)} rows have a spectrum; leave the others out"
-                    )
-                for k, one in enumerate(found.each(), 1):
-                    if rows and rows[k - 1].casefold() != sample.casefold():
-                        continue
-                    spectrum = one if response is None else read_response(response).divided_out(one)
-                    name = f"{path.name}, shot {k}" if len(found) > 1 else path.name
-                    shots[sample].append(Shot(name, reduce_spectrum(spectrum, wanted)))
-            except ValueError as fault:
-                problems.append(f"{path}: {fault}")
+    for path, sample in samples.items():
+        try:
+            found = read_shots(path)
+            if rows and len(rows) != len(found):
+                raise ValueError(
+                    f"{len(found)} of its {len(rows)} rows have a spectrum; leave the others out"
+                )
+            x = found.wavelength_nm
+            axes[path] = len(x), round(float(x[0]), 3), round(float(x[-1]), 3)
+            for k, one in enumerate(found.each()):
+                spectrum = one if response is None else read_response(response).divided_out(one)
+                name = f"{path.name}, shot {k + 1}" if len(found) > 1 else path.name
+                own = named[rows[k].casefold()] if rows else sample
+                shots[own].append(Shot(name, reduce_spectrum(spectrum, wanted)))
+        except ValueError as fault:
+            problems.append(f"{path}: {fault}")
     usual = Counter(axes.values()).most_common(1)[0][0] if axes else (0, 0.0, 0.0)
     problems += [
         f"{path}: {n:,} channels from {first} to {last} nm, where most spectra have {usual[0]:,} from "
