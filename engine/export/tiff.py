@@ -1,4 +1,4 @@
-"""A run's map as a TIFF stack, which Fiji and ImageJ open: a page a column, with its name, unit and scale."""
+"""A run's map as a TIFF stack, which Fiji and ImageJ open: a page a column; name, unit, scale and origin."""
 
 from io import BytesIO
 from pathlib import Path
@@ -22,19 +22,23 @@ def write(folder: Path, place: Path) -> None:
     Pages are (y, x) with y growing downwards, as in images; NaN where nothing was measured.
     """
     try:
-        pages, labels, steps, unit = _map(folder)
+        pages, labels, even, unit = _map(folder)
     except (JournalFault, FolderFault) as fault:
         raise ExportFault(str(fault)) from fault
-    scale = None if steps is None else (1.0 / steps[1], 1.0 / steps[0])
     described = {"axes": "CYX", "Labels": labels, "unit": "micron" if unit == "µm" else unit}
+    scale = None
+    if even is not None:
+        (y, step_y), (x, step_x) = even
+        scale = (1.0 / step_x, 1.0 / step_y)
+        described |= {"xorigin": -x / step_x, "yorigin": -y / step_y}  # the pixel at 0, as ImageJ has it
     made = BytesIO()
     tifffile.imwrite(made, pages, imagej=True, resolution=scale, metadata=described)
     with replace_whole(place) as out:
         out.write(made.getvalue())
 
 
-def _map(folder: Path) -> tuple[np.ndarray, list[str], tuple[float, float] | None, str]:
-    """Pages (columns, y, x), a label each, the steps along y and x (None where uneven), their unit."""
+def _map(folder: Path) -> tuple[np.ndarray, list[str], list[tuple[float, float]] | None, str]:
+    """Pages (columns, y, x), a label each, first place and step of y and x (None: uneven), their unit."""
     for rows in (list(table.values()) for table in tables(folder).values()):
         columns = list(dict.fromkeys(column for _, row in rows for column in row))
         numbers = {c: made for c in columns if (made := numbers_of([r.get(c) for _, r in rows]))}
@@ -50,9 +54,9 @@ def _map(folder: Path) -> tuple[np.ndarray, list[str], tuple[float, float] | Non
             page[at_y, at_x] = numbers[column][0]
         units = [numbers[axis][1] for axis in AXES]
         even = units[0] == units[1] and all(_even(np.diff(values)) for values in (y, x))
-        steps = (float(np.mean(np.diff(y))), float(np.mean(np.diff(x)))) if even else None
+        along = [(float(at[0]), float(np.mean(np.diff(at)))) for at in (y, x)] if even else None
         labels = [f"{c} ({unit})" if (unit := numbers[c][1]) else c for c in named]
-        return pages, labels, steps, units[0] if even else ""
+        return pages, labels, along, units[0] if even else ""
     raise ExportFault(
         f"{folder.name} has no table whose columns x and y are a grid, which an image needs; "
         "--to nexus takes points as they are"

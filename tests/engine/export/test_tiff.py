@@ -37,9 +37,9 @@ def exported(tmp_path):
     return make
 
 
-def test_each_column_of_a_grid_is_a_page_with_its_name_and_scale(exported):
+def test_each_column_of_a_grid_is_a_page_with_its_name_scale_and_origin(exported):
     with exported(
-        point(0, 0, 1.5), point(0.5, 0, 2.5), point(1, 0, 3.5), point(0, 2, 4.5), point(1, 2, 6.5)
+        point(1, 4, 1.5), point(1.5, 4, 2.5), point(2, 4, 3.5), point(1, 6, 4.5), point(2, 6, 6.5)
     ) as file:
         pages, told = file.asarray(), file.imagej_metadata
         per_mm = [np.divide(*file.pages[0].tags[f"{axis}Resolution"].value) for axis in ("X", "Y")]
@@ -49,12 +49,14 @@ def test_each_column_of_a_grid_is_a_page_with_its_name_and_scale(exported):
     assert told["Labels"] == ["Li", "mass (mg)"]
     assert told["unit"] == "mm"
     np.testing.assert_allclose(per_mm, [2.0, 0.5])
+    # ImageJ: place = (pixel - origin) * its size
+    np.testing.assert_allclose([told["xorigin"], told["yorigin"]], [-2, -2])
 
 
 def test_an_uneven_grid_has_pages_but_no_scale(exported):
     with exported(*(point(x, y, x) for x in (0, 1, 5) for y in (0, 1))) as file:
         assert file.asarray().shape == (2, 2, 3)
-        assert not file.imagej_metadata.get("unit")
+        assert not {"unit", "xorigin", "yorigin"} & {k for k, v in file.imagej_metadata.items() if v}
 
 
 def test_points_that_are_no_grid_are_refused_with_the_way_on(exported):
