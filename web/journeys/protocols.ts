@@ -601,13 +601,14 @@ finally:
     await context.close()
   })
 
-  it('keeps a draft across a reload and restores it', async () => {
+  it('keeps a draft over a way back in mid-word and a reload, and restores it', async () => {
     await copyOf('draft.yaml', 'hello.yaml')
     const { page, context } = await aPerson(browser, bench.entry)
     await open(page, 'draft.yaml')
     await row(page, /hello Three/).click()
     await page.getByRole('region', { name: 'Step' }).getByLabel('Summary').fill('Not saved yet')
-    await page.keyboard.press('Tab')
+    await page.goBack()
+    await page.getByRole('link', { name: 'draft.yaml', exact: true }).click()
     await page.getByText('● unsaved').waitFor()
     await open(page, 'draft.yaml')
     await page.getByText('● unsaved').waitFor()
