@@ -14,8 +14,17 @@ export default defineConfig({
     assetsInlineLimit: 0,
     cssCodeSplit: false, // one small sheet packs better than forty
     modulePreload: { polyfill: false },
-    // So do the small modules that several screens share.
-    rolldownOptions: { output: { codeSplitting: { groups: [{ name: 'shared', test: /src.(ui|api|app)/, minShareCount: 2 }] } } },
+    // So do the small modules that several screens share, and those that several parts of the editor do.
+    rolldownOptions: {
+      output: {
+        codeSplitting: {
+          groups: [
+            { name: 'shared', test: /src.(ui|api|app|protocols.text.(path|write))/, minShareCount: 2 },
+            { name: 'protocol', test: /src.protocols.(text|editor).(?!fields)[a-z]/, minShareCount: 2 },
+          ],
+        },
+      },
+    },
   },
   server: {
     port: 5173,

@@ -1,11 +1,13 @@
 // A status as values with units, for the list and for the detail.
-import { valueWords } from '../runs/valueWords'
-import { mm, sixDigits } from '../ui/format'
+import { allOf, valueWords } from '../runs/valueWords'
+import { mm, figures } from '../ui/format'
 import type { Schema } from './form/schema'
 
 export interface StatusValue {
   name: string
   value: string
+  /** With every digit. */
+  full: string
   unit: string
   about: string
 }
@@ -17,6 +19,7 @@ export function statusValues(status: Readonly<Record<string, unknown>>, schema: 
   return names.map((name) => ({
     name,
     value: valueWord(status[name], known[name]),
+    full: allOf(status[name]),
     unit: (known[name]?.unit ?? '').replace(/^u(?=[A-Z])/, 'µ'),
     about: known[name]?.description ?? '',
   }))
@@ -27,7 +30,7 @@ export function valueWord(value: unknown, schema?: Schema): string {
   if (value === undefined || value === null) return '–'
   if (typeof value === 'boolean') return value ? 'yes' : 'no'
   if (typeof value === 'number') {
-    return schema?.unit === 'mm' ? mm(value) : sixDigits(value).replace('-', '−')
+    return schema?.unit === 'mm' ? mm(value) : figures(value).replace('-', '−')
   }
   return valueWords(value)
 }

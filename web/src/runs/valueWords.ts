@@ -1,7 +1,7 @@
-// A value out of the journal as a person writes it: quantities with their unit.
-import { exact } from '../ui/format'
+// A value out of the journal as a person reads it: quantities with their unit.
+import { exact, figures } from '../ui/format'
 
-export function valueWords(value: unknown, digits: (value: number) => string = exact): string {
+export function valueWords(value: unknown, digits: (value: number) => string = figures): string {
   const words = (one: unknown): string => valueWords(one, digits)
   if (value === null || value === undefined) return '–'
   if (typeof value === 'number') return digits(value)
@@ -12,3 +12,6 @@ export function valueWords(value: unknown, digits: (value: number) => string = e
   if ('$moment' in value) return String(value.$moment)
   return Object.entries(value).map(([name, one]) => `${name} ${words(one)}`).join(', ')
 }
+
+/** With every digit, for whoever points at it. */
+export const allOf = (value: unknown): string => valueWords(value, exact)

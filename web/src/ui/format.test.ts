@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest'
-import { exact, exactSingle, pointed, sixDigits, typedNumber } from './format'
+import { errorColumn, exact, exactSingle, figures, pointed, typedNumber } from './format'
 
 test('a value that is read is exact: every figure, and no more than was measured', () => {
   expect([1071, 104.25, 0.1 + 0.2, -12345.678, 1e-7].map(exact)).toEqual(['1071', '104.25', '0.3', '-12345.678', '1e-7'])
@@ -12,7 +12,16 @@ test('single precision gains no figures that were never measured', () => {
 })
 
 test('a computed number has six digits, and a whole one all of its own', () => {
-  expect([1071, 12_345_678, 104.25, 12.345678912, -0.00012345678].map(sixDigits)).toEqual(['1071', '12345678', '104.25', '12.3457', '-0.000123457'])
+  expect([1071, 12_345_678, 104.25, 12.345678912, -0.00012345678].map((one) => figures(one))).toEqual(['1071', '12345678', '104.25', '12.3457', '-0.000123457'])
+  expect([0.1 + 0.2, 1234.5678901234, 12_345_678.9, 1.5e-9, NaN].map((one) => figures(one))).toEqual(['0.3', '1234.57', '12345679', '1.5e-9', 'NaN'])
+})
+
+test('the error of a number says how many of its digits are read', () => {
+  const told: [number, number, string][] = [[12.345678, 0.0123, '12.346'], [0.5, 0.013, '0.500'], [11_905.6, 230, '11910'], [-0.0001, 0.02, '0.000'], [0.0123, 0.0123, '0.012'], [1.5, 0, '1.5'], [1.234567891, 1e-12, '1.23457'], [1071, NaN, '1071']]
+
+  expect(told.map(([value, error]) => figures(value, error))).toEqual(told.map(([, , text]) => text))
+  const columns = ['temperature_k', 'temperature_error_k', 'area', 'area_err', 'log10_ne', 'log10_ne_err', 'wt_percent', 'wt_percent_err', 'x_mm']
+  expect(columns.map((one) => errorColumn(one, columns))).toEqual(['temperature_error_k', undefined, 'area_err', undefined, 'log10_ne_err', undefined, 'wt_percent_err', undefined, undefined])
 })
 
 test('a number is read as people write it, and what is none is no other number', () => {

@@ -65,9 +65,25 @@ export function exact(value: number): string {
   return String(Number.isInteger(value) ? value : Number(value.toPrecision(15)))
 }
 
-/** A computed number where it is read: six digits, and a whole number with all of its own. */
-export function sixDigits(value: number): string {
-  return String(Number.isInteger(value) ? value : Number(value.toPrecision(6)))
+/** A number where it is read: the digits that its error leaves, or six; a whole number has all of its own. */
+export function figures(value: number, error = 0): string {
+  const size = Math.abs(value)
+  // Two digits of the error are as many as it is known to.
+  const places = error > 0 && Number.isFinite(error) ? 1 - Math.floor(Math.log10(error)) : NaN
+  if (Math.max(0, places) + Math.max(0, Math.log10(size)) < MOST_FIGURES) {
+    return places > 0 ? value.toFixed(places).replace(/^-(0\.0+)$/, '$1') : String(Math.round(value * 10 ** places) * 10 ** -places)
+  }
+  if (Number.isInteger(value)) return String(value)
+  return String(size >= 1e6 && size < 1e15 ? Math.round(value) : Number(value.toPrecision(6)))
+}
+const MOST_FIGURES = 10
+
+/** The column that has the error of another: `area_err` of `area`, `temperature_error_k` of `temperature_k`. */
+export function errorColumn(column: string, columns: readonly string[]): string | undefined {
+  return columns.find((one) => {
+    const [, stem = '', unit = ''] = /^(.+)_err(?:or)?(_.+)?$/.exec(one) ?? []
+    return stem !== '' && (column === stem + unit || (unit === '' && !/_err/.test(column) && column.slice(0, column.lastIndexOf('_')) === stem))
+  })
 }
 
 /** A value of a Float32Array as it was measured: the shortest number that is stored so. */
