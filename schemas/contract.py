@@ -138,6 +138,21 @@ class Contract(Model):
     status: JsonSchema = Field(default_factory=dict)
     actions: dict[Name, Action] = Field(min_length=1)
 
+    def look(self) -> tuple[str, str] | None:
+        """How a picture is taken with it at any time: the action, and its parameter for the file.
+
+        The action is `pure` and without danger or interlock, needs nothing but the file's name, and the
+        file is a picture by its `contentMediaType`. None for a device that is no camera.
+        """
+        for name, action in self.actions.items():
+            _, written = action.path_params()
+            kinds = {n: action.param_schemas()[n].get("contentMediaType", "") for n in written}
+            harmless = action.effect == "pure" and action.danger is None and not action.interlock
+            match action.required():
+                case [file] if harmless and str(kinds.get(file, "")).startswith("image/"):
+                    return name, file
+        return None
+
     def keeps(self, contract: str) -> bool:
         """Whether a device of this contract can play a role that needs that one."""
         return contract == self.type or contract in self.also

@@ -17,6 +17,7 @@ ANNOTATIONS = (
     "deprecated",
     "readOnly",
     "writeOnly",
+    "contentMediaType",
 )
 """Keywords of a value's schema that nothing is checked by."""
 
@@ -76,7 +77,16 @@ def validator(schema: Mapping[str, Any]) -> Validator:
     return Validator(schema)
 
 
-SAYS_NOTHING = {"unit", "summary", "title", "description", "default", "examples", "format"}
+SAYS_NOTHING = {
+    "unit",
+    "summary",
+    "title",
+    "description",
+    "default",
+    "examples",
+    "format",
+    "contentMediaType",
+}
 KINDS = {
     "number": lambda value: _is_number(value),
     "integer": lambda value: type(value) is int,

@@ -19,7 +19,7 @@ export default defineConfig({
       output: {
         codeSplitting: {
           groups: [
-            { name: 'shared', test: /src.(ui|api|app|protocols.text.(path|write))/, minShareCount: 2 },
+            { name: 'shared', test: /src.(ui|api|app|protocols.text.(path|write)|(runs|devices|protocols).\w+\.ts)/, minShareCount: 2 },
             { name: 'protocol', test: /src.protocols.(text|editor).(?!fields)[a-z]/, minShareCount: 2 },
           ],
         },

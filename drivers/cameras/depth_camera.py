@@ -49,7 +49,7 @@ class DepthCamera(Driver):
     ) -> dict[str, Any]:
         view = await self.look("capture", goal)
         told: dict[str, Any] = {"image": image}
-        picture = await self.worked(measure.picture_png, view)
+        picture = await self.worked(measure.picture_file, view, image)
         goal.files["image"] = FileContent.of(image, picture)
         if depth is not None:
             far = await self.worked(measure.depth_png, view)

@@ -11,26 +11,34 @@ from pydantic import ValidationError
 from ...schemas.messages import (
     ENDED,
     DeviceDescription,
+    FileContent,
     Goal,
     GoalReport,
     QueryAnswer,
     ServerDescription,
 )
+from ...schemas.model import first_fault
 from ..server.arguments import odd_value
+from ..server.looking import LOOK_S
 from .goal_watch import GoalWatch
 from .lease_keeper import LeaseHeld, LeaseKeeper
 from .link import ANSWER_S, Answer, Link, LinkDown, ServerUnreachable, accepted
 from .outcome import Outcome, refused
 
-__all__ = ["DeviceClient", "LeaseHeld", "Outcome", "ServerUnreachable"]
+__all__ = ["DeviceClient", "LeaseHeld", "NoPicture", "Outcome", "ServerUnreachable"]
 
 MAX_FILES_BYTES = 60_000_000
 LINK_S = 5.0
 DESCRIBE_S = 10.0
 """A server on a busy machine is slow to describe itself; another kind of server never does."""
+PICTURE_S = LOOK_S + ANSWER_S
 STOPS = 4
 """How often a stop is sent within its time, as long as nobody answers."""
 AGAIN_S = 0.05
+
+
+class NoPicture(Exception):
+    """A device that gives no picture now, with the reason."""
 
 
 class DeviceClient:
@@ -184,6 +192,22 @@ class DeviceClient:
         except LinkDown as fault:
             raise ServerUnreachable(self.url, str(fault)) from fault
         return ServerDescription.model_validate(answer).devices
+
+    async def picture(self, device: str) -> bytes:
+        """What a camera sees now; no goal, so nobody has to hold it and nothing is kept.
+
+        Raises NoPicture where it gives none, also while somebody uses it, and ServerUnreachable.
+        """
+        try:
+            answer = await self._link.call("picture", {"device": device}, PICTURE_S)
+        except LinkDown as fault:
+            raise ServerUnreachable(self.url, str(fault)) from fault
+        if not answer.get("ok"):
+            raise NoPicture(str(answer.get("message", "no reason given")))
+        try:
+            return FileContent.model_validate(answer.get("file")).data
+        except ValidationError as fault:
+            raise NoPicture(f"{device} gives no picture: {first_fault(fault)}") from fault
 
     async def query(self, ids: list[str]) -> QueryAnswer:
         """What the server knows about goals; raises ServerUnreachable."""

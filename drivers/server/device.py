@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from typing import Any
 
 from ...schemas.contract import Contract
-from ...schemas.messages import DeviceDescription, Goal, GoalState, LeaseRequest
+from ...schemas.messages import DeviceDescription, FileContent, Goal, GoalState, LeaseRequest
 from ...system.tasks import spawn
 from ..driver import Driver, Place
 from .alone import alone_with
@@ -17,6 +17,7 @@ from .arguments import Arguments
 from .execution import Ending, Execution, cut_short, fault_of, never_started, not_begun
 from .lease import Lease, Refused
 from .ledger import Ledger, LedgerFault
+from .looking import Looking
 from .owner import Owner
 from .status import EVERY_S, StatusWatch
 from .wire import Tell, wire
@@ -54,6 +55,7 @@ class ServedDevice:
         self._owner = Owner(self.name, driver, contract, self._status.changed, self._unlease)
         self.running = self._owner.goals
         self.lease = Lease(self.name, ledger, self._owner.lapse)
+        self._looking = Looking(self.name, driver, contract, self._in_use)
         self._owning: asyncio.Task[None] | None = None
         self._closed_to_goals: str | None = None
         self._stop = "Stopped", f"{self.name} was stopped"
@@ -91,9 +93,8 @@ class ServedDevice:
     async def close(self) -> None:
         """Release the hardware; nothing is left running."""
         await self._status.close()
-        left = [
-            t for t in (self._owning, *(e.task for e in self.running.values())) if t is not None
-        ]
+        tasks = (self._owning, self._looking.task, *(e.task for e in self.running.values()))
+        left = [task for task in tasks if task is not None]
         for task in left:
             task.cancel()
         if left:  # not for ever: what a driver does when it is cancelled is its own matter
@@ -123,6 +124,15 @@ class ServedDevice:
     def calm(self) -> bool:
         """True if it has no lease holder, nothing runs on it and it is not being made safe."""
         return self.lease.holder is None and not self.running and self._owner.at_rest
+
+    async def picture(self) -> FileContent:
+        """What it sees now, for people who look on; raises Refused, also while somebody uses it."""
+        return await self._looking.picture()
+
+    def _in_use(self) -> str:
+        if self.lease.holder is not None:
+            return f"{self.name} is held by {self.lease.holder.owner}"
+        return "" if self.calm else f"{self.name} is busy"
 
     async def take_lease(self, request: LeaseRequest, session: str) -> int:
         """Grant or renew the lease; taking it deliberately also ends the hold after a stop."""
@@ -202,6 +212,7 @@ class ServedDevice:
 
     async def _run(self, execution: Execution, arguments: Arguments) -> None:
         try:
+            await self._looking.over()
             ending = await self._perform(execution, arguments)
         except Exception as bug:  # our own: its client must hear of it all the same
             ending = fault_of(arguments.place, bug)

@@ -90,6 +90,7 @@ class DeviceServer:
             ("cancel", self._cancel),
             ("query", self._query),
             ("stop", self._stop),
+            ("picture", self._picture),
         ):
             on(event, _always_answered(answer), namespace=NAMESPACE)
         on("*", self._unknown_event, namespace=NAMESPACE)
@@ -297,6 +298,9 @@ class DeviceServer:
             "message": "; ".join(message for _, message in words),
             "devices": told,
         }
+
+    async def _picture(self, session: str, data: Answer) -> Answer:
+        return {"file": (await self._device(str(data.get("device"))).picture()).model_dump()}
 
     async def _unknown_event(self, event: str, session: str, *data: Any) -> Answer:
         return {"ok": False, "code": "EXCEPTION", "message": f"there is no request {event!r}"}

@@ -15,7 +15,7 @@ KNOWN = {
     *BOUNDS, "type", "unit", "description", "summary", "title", "default", "examples", "enum",
     "const", "pattern", "format", "minLength", "maxLength", "multipleOf", "items", "minItems",
     "maxItems", "uniqueItems", "properties", "required", "additionalProperties", "minProperties",
-    "maxProperties", "dependentRequired",
+    "maxProperties", "dependentRequired", "contentMediaType",
 }  # fmt: skip
 """A parameter with any other keyword (`$ref`, `oneOf`, ...) is left to `labrun check`."""
 

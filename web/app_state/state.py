@@ -22,6 +22,7 @@ from ..devices.arming import Arming
 from ..devices.devices import DeviceLinks
 from ..devices.history import Histories
 from ..devices.jogging import Jogging
+from ..devices.looking import Looking
 from ..devices.stopping import Stopping
 from ..library.library import Library
 from ..library.new_protocol import NewProtocols
@@ -46,6 +47,7 @@ from ..runs.releasing import Releasing
 from ..runs.resuming import Resuming
 from ..runs.run_commands import RunCommands
 from ..runs.runs import Runs
+from ..runs.snapshots import Snapshots
 from ..updates.updates import Source, Sources, Updates
 
 
@@ -112,6 +114,8 @@ class AppState:
             lambda: self.settings.read().by_hand_s,
         )  # fmt: skip
         self.jogging = Jogging(of, self.acting, self.arming, touch_jog)
+        self.looking = Looking(of, runs.used_by, lambda: self.settings.read().look_every_s)
+        self.snapshots = Snapshots(runs, self.looking)
         self.stopping = Stopping(
             list(links.links.values()), self.jogging, self.arming, self.commands.abort_all,
             self._tell,

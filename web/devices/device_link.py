@@ -32,6 +32,7 @@ class DeviceLink:
         self.name = name
         self.device: LabDevice = lab.lab.devices[name]
         self.contract: Contract = lab.contracts[self.device.contract]
+        self._is_camera = self.contract.look() is not None
         self.status: dict[str, Any] = {}
         self.client: DeviceClient | None = None
         self.goal: str | None = None
@@ -157,6 +158,7 @@ class DeviceLink:
             reach=reach, word=self._word(reach, used_by), reason=reason,
             status=self.status, status_at=self._status_at,
             changed_at=self._since, used_by=used_by, goal=self.goal, armed=armed,
+            camera=self._is_camera,
         )  # fmt: skip
 
     def _word(self, reach: Reach, used_by: str | None) -> str:

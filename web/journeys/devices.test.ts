@@ -73,8 +73,12 @@ describe('the gantry', () => {
     await page.getByText('History', { exact: true }).click()
     await page.getByRole('region', { name: 'Numbers' }).getByRole('rowheader', { name: 'x mm', exact: true }).waitFor()
     await page.getByRole('img', { name: / from .* to / }).waitFor()
+    await page.getByText('Live picture of the bench').click()
+    await page.getByRole('img', { name: /^What \w+ sees$/ }).waitFor()
 
     expect(await axe(page)).toEqual([])
+
+    await page.getByText('Live picture of the bench').click()
 
     await picture(page, 'gantry')
     await expect.poll(() => page.getByRole('status', { name: 'X position' }).innerText()).toBe(aimed.toFixed(2))

@@ -29,6 +29,7 @@ class DeviceState(ApiModel):
     used_by: str | None = Field(default=None, description="The run that holds it.")
     goal: str | None = Field(default=None, description="The manual goal that is under way.")
     armed: str | None = Field(default=None, description="Who has armed a dangerous action of it.")
+    camera: bool = Field(default=False, description="Whether `picture` gives what it sees.")
 
 
 class ActionForm(ApiModel):

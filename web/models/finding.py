@@ -31,6 +31,21 @@ class RunLabels(ApiModel):
     note: str = Field(default="", max_length=2000)
 
 
+class RunSnapshot(ApiModel):
+    """A picture of the bench that a person took into a run."""
+
+    file: str = Field(description="In the run's folder.")
+    device: str
+    by: str
+    at: str
+
+
+class TakeSnapshot(ApiModel):
+    """With which camera."""
+
+    device: str
+
+
 class RunNumber(ApiModel):
     """A number that a run came to; `out` beyond the limits."""
 

@@ -16,7 +16,9 @@ class Settings(ApiModel):
     """What can be set; each of `checklists` is shown before a run with that danger.
 
     `by_hand_s`: an action by hand is cancelled after ten times as long as its contract states, and
-    not before so many seconds. `receivers`, `quiet_from` and `quiet_to` are the lab's `notify`.
+    not before so many seconds. `look_every_s`: how often a live picture is taken, while somebody looks;
+    `look_for_min`: after so long it ends, until somebody wants it again. `receivers`, `quiet_from` and
+    `quiet_to` are the lab's `notify`.
     """
 
     bench: Line = "bench"
@@ -33,6 +35,8 @@ class Settings(ApiModel):
         default_factory=lambda: [0.1, 1.0, 10.0], min_length=1, max_length=8
     )
     by_hand_s: float = Field(default=120.0, ge=1, le=604_800)
+    look_every_s: float = Field(default=1.0, ge=0.2, le=3600)
+    look_for_min: float = Field(default=10.0, ge=0.1, le=10_080)
     receivers: list[Receiver] = Field(default_factory=list, max_length=20)
     quiet_from: Hour = ""
     quiet_to: Hour = ""

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from ...engine.run.folder import JOURNAL
 from ...system.cells import bare
-from .files import CRATE, PAGE, KeptFile
+from .files import CRATE, PAGE, KeptFile, look
 from .formatting import count, size, value
-from .html import Html, code, folded, join, paragraph, section, table, tag, text
+from .html import Html, at_time, code, folded, join, paragraph, section, table, tag, text
 from .report_data import ReportData
 
 ROWS_SHOWN = 12
@@ -29,15 +29,35 @@ def figures(title: str, data: ReportData) -> Html:
     return section("figures", title, *(_figure(data, file) for file in data.figures))
 
 
+def snapshots(title: str, data: ReportData) -> Html:
+    """Pictures that people took of the bench; they are not what the protocol measured."""
+    files, left, shown = {file.path: file for file in data.inventory.files}, FIGURE_SHOWN, []
+    for one in data.snapshots:
+        file = files.get(one.file) or look(data.folder, one.file)
+        caption = tag(
+            "figcaption", f"{one.device}, ", at_time(one.at), f", by {one.by}" if one.by else "",
+            " (", code(one.file), ")",
+            tag("span", ": changed since it was taken", class_="bad") if file.sha256 != one.sha256 else "",
+        )  # fmt: skip
+        left -= file.size
+        shown.append(_picture(data, file, caption, f"Taken with {one.device}", left > 0))
+    return section("snapshots", title, *shown)
+
+
 def _figure(data: ReportData, file: KeptFile) -> Html:
     words = Path(file.path).stem.replace("_", " ")
     caption = tag("figcaption", f"{words[:1].upper()}{words[1:]} (", code(file.path), ")")
-    if file.size > FIGURE_SHOWN or file.fault:
-        return tag(
-            "figure", paragraph(f"{file.path} is not shown here: {file.fault or size(file.size)}")
-        )
+    writer = data.digest.writers.get(file.path, "")
+    source = f"from {writer}" if writer else "drawn from the rows of this run"
+    alt = f"{words} of {data.name}, {source}"
+    return _picture(data, file, caption, alt, file.size <= FIGURE_SHOWN)
+
+
+def _picture(data: ReportData, file: KeptFile, caption: Html, alt: str, fits: bool) -> Html:
+    if not fits or file.fault:
+        why = file.fault or size(file.size)
+        return tag("figure", paragraph(f"{file.path} is not shown here: {why}"), caption)
     told = b64encode((data.folder / file.path).read_bytes()).decode()
-    alt = f"{words} of {data.name}, drawn from the rows of this run"
     image = Html(f'<img alt="{text(alt)}" src="data:{file.format};base64,{told}">')
     return tag("figure", image, caption)
 

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from typing import Any
 from urllib.parse import quote
 
+from ...engine.run.snapshots import FOLDER as SNAPSHOTS
 from .files import CRATE, PAGE, KeptFile
 from .formatting import local_time
 
@@ -23,6 +24,7 @@ LICENCE = {
 }
 FOLDERS = {
     "contracts": "The device contracts at the start of the run",
+    "snapshots": "Pictures that people took of the bench into the run",
     "spectra": "Spectra, one file per measurement",
 }
 FILES = {
@@ -40,10 +42,14 @@ def described(file: KeptFile, writer: str, protocol_name: str) -> str:
     told = FILES.get(file.path, "")
     if file.path == protocol_name:
         told = "The protocol at the start of the run"
-    elif file.format.startswith("image/"):
-        told = told or "A figure, drawn from the run's rows"
     elif writer:
         told = f"Delivered by {writer}"
+    elif file.path.startswith(f"{SNAPSHOTS}/"):
+        told = (
+            told or "Taken by a person: snapshots.jsonl says by whom, when, and with which camera"
+        )
+    elif file.format.startswith("image/"):
+        told = told or "A figure, drawn from the run's rows"
     if file.changed:
         told += CHANGED.format(file.told)
     return f"{told} {file.fault}".strip()

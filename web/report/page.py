@@ -1,7 +1,7 @@
 """The report as one HTML page that needs no server: it shows the run and how to verify it."""
 
 from ...schemas.journal import ended_as
-from .chapter_record import data, figures, files, versions
+from .chapter_record import data, figures, files, snapshots, versions
 from .chapter_trouble import answers, doubts, failures, holes, stops
 from .chapter_words import in_words
 from .chapter_work import actions, logged, provenance, when
@@ -14,8 +14,8 @@ CHAPTERS = (
     ("Figures", figures), ("What was done", in_words),
     ("What failed, and how it was handled", failures), ("Holes", holes),
     ("Unknown outcomes", doubts), ("Questions", answers), ("Stops and safe states", stops),
-    ("Data", data), ("Protocol log", logged), ("Provenance", provenance), ("When", when),
-    ("Actions", actions), ("Files", files), ("Versions", versions),
+    ("Snapshots", snapshots), ("Data", data), ("Protocol log", logged), ("Provenance", provenance),
+    ("When", when), ("Actions", actions), ("Files", files), ("Versions", versions),
 )  # fmt: skip
 """What a reader wants to see first comes first; ids, boots and hashes come last."""
 OPENING = ("Figures", "What was done")

@@ -6,6 +6,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from ...engine.run.folder import engine_of, is_live
+from ...engine.run.snapshots import read_snapshots
+from ...schemas.snapshot import Snapshot
 from .counts import JournalDigest
 from .files import Inventory, KeptFile, take_inventory
 from .inputs import Inputs, read_inputs
@@ -26,6 +28,7 @@ class ReportData:
     fate: str
     made_at: str
     figures: list[KeptFile] = field(default_factory=list)
+    snapshots: list[Snapshot] = field(default_factory=list)
     stale_tables: list[str] = field(default_factory=list)
     versions: dict[str, str] = field(default_factory=dict)
     machine: str = ""
@@ -50,7 +53,7 @@ def gather(folder: Path) -> ReportData:
     inventory = take_inventory(folder, digest.files)
     return ReportData(
         folder=folder, digest=digest, inputs=read_inputs(folder), inventory=inventory,
-        fate=_fate(digest, live=live), figures=_figures(inventory),
+        fate=_fate(digest, live=live), figures=_figures(inventory), snapshots=read_snapshots(folder),
         stale_tables=_stale_tables(folder, digest), made_at=datetime.now(UTC).isoformat(timespec="seconds"),
         versions=installed_versions(), machine=machine(),
     )  # fmt: skip

@@ -282,7 +282,7 @@ def _kind(name: str) -> Any:
         return "journal"
     if re.fullmatch(r"data.*\.csv", name):
         return "table"
-    if name.lower().endswith((".png", ".svg", ".pdf")):
+    if name.lower().endswith((".png", ".jpg", ".jpeg", ".svg", ".pdf")):
         return "figure"
     if name in ("report.html", "ro-crate-metadata.json"):
         return "report"

@@ -1,18 +1,22 @@
 """Manual operation of devices: status, actions, arming, jogging; and STOP ALL."""
 
-from typing import Annotated
+from typing import Annotated, Any
 from urllib.parse import unquote
 
 from fastapi import APIRouter, Query
-from fastapi.responses import FileResponse
+from fastapi.responses import FileResponse, Response
 
 from ..access.headers import CommandKey, InTime, Key, Name, Operator, PerhapsInTime
 from ..access.once import CommandRoute
 from ..models import devices as models
+from ..report.files import FORMATS
 from .state import TheSite
 
 router = APIRouter(tags=["devices"])
 commands = APIRouter(tags=["devices"], route_class=CommandRoute)
+PICTURE: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"image/*": {"schema": {"type": "string", "format": "binary"}}}}
+}
 
 
 @router.get("/devices")
@@ -40,6 +44,14 @@ async def get_device_history(
 ) -> models.DeviceHistory:  # fmt: skip
     """What a device has reported since a time (seconds since 1970); with the course of one number."""
     return app_state.histories.read(app_state.device_links.device_link(device).name, since_s, name)
+
+
+@router.get("/devices/{device}/picture", response_class=Response, responses=PICTURE)
+async def get_picture(device: str, app_state: TheSite) -> Response:
+    """What a camera sees now; kept nowhere. 409 `HELD` while a run has it."""
+    picture, suffix = await app_state.looking.picture(device)
+    headers = {"Cache-Control": "no-store"}
+    return Response(picture, media_type=FORMATS[suffix], headers=headers)
 
 
 @commands.post("/devices/{device}/actions/{action}", status_code=202)

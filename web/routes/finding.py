@@ -4,6 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
+from ..access.headers import ByName, PerhapsInTime
 from ..models import finding as models
 from .state import TheSite
 
@@ -50,6 +51,20 @@ async def sample_runs(sample: str, app_state: TheSite) -> list[models.FoundRun]:
 async def get_labels(id: str, app_state: TheSite) -> models.RunLabels:
     """Sample, tags and note that people gave a run."""
     return app_state.finding.labels(id)
+
+
+@router.get("/runs/{id}/snapshots")
+async def list_snapshots(id: str, app_state: TheSite) -> list[models.RunSnapshot]:
+    """Pictures that people took of the bench into a run; each is one of its files."""
+    return app_state.snapshots.of(id)
+
+
+@router.post("/runs/{id}/snapshots")
+async def take_snapshot(
+    id: str, asked: models.TakeSnapshot, app_state: TheSite, by: ByName, in_time: PerhapsInTime
+) -> models.RunSnapshot:
+    """Take what a camera sees now into a run; needs no control, as it moves nothing."""
+    return await app_state.snapshots.take(id, asked.device, by)
 
 
 @router.put("/runs/{id}/labels")

@@ -73,9 +73,11 @@ def outlines(
     return find_samples(view, fit, min_height_mm, min_area_mm2, flat)
 
 
-def picture_png(view: View) -> bytes:
-    """The picture."""
-    return _png(view.picture)
+def picture_file(view: View, name: str) -> bytes:
+    """The picture: PNG, or JPEG under such a name."""
+    if name.lower().endswith((".jpg", ".jpeg")):
+        return _encoded(view.picture, ".jpg", "JPEG")
+    return _encoded(view.picture)
 
 
 def depth_png(view: View) -> bytes:
@@ -83,13 +85,13 @@ def depth_png(view: View) -> bytes:
     import numpy as np
 
     depth = np.nan_to_num(view.depth * TENTH_MM)
-    return _png(np.where(depth < FARTHEST, np.round(depth), 0).astype(np.uint16))
+    return _encoded(np.where(depth < FARTHEST, np.round(depth), 0).astype(np.uint16))
 
 
-def _png(picture: "np.ndarray") -> bytes:
+def _encoded(picture: "np.ndarray", suffix: str = ".png", kind: str = "PNG") -> bytes:
     import cv2
 
-    done, data = cv2.imencode(".png", picture)
+    done, data = cv2.imencode(suffix, picture)
     if not done:
-        raise ActionFailed("CameraLost", "the picture could not be written as PNG")
+        raise ActionFailed("CameraLost", f"the picture could not be written as {kind}")
     return data.tobytes()

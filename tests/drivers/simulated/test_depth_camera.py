@@ -151,6 +151,9 @@ def test_a_capture_is_a_colour_picture_and_a_depth_map_in_tenths_of_a_millimetre
     async def story(twin):
         goal = GoalContext("1")
         told = await twin.capture(goal, image="a.png", depth="d.png")
+        small = GoalContext("2")
+        await twin.capture(small, image="a.JPG")
+        assert small.files["image"].data.startswith(b"\xff\xd8\xff")
         return told, goal.files, twin.eyes.pose()
 
     told, files, pose = played(camera(tmp_path), story)

@@ -347,6 +347,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/devices/{device}/picture": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Picture
+         * @description What a camera sees now; kept nowhere. 409 `HELD` while a run has it.
+         */
+        get: operations["get_picture"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/explain": {
         parameters: {
             query?: never;
@@ -1256,6 +1276,30 @@ export interface paths {
          * @description Resume at the first unfinished action, in a new engine.
          */
         post: operations["resume_run"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{id}/snapshots": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Snapshots
+         * @description Pictures that people took of the bench into a run; each is one of its files.
+         */
+        get: operations["list_snapshots"];
+        put?: never;
+        /**
+         * Take Snapshot
+         * @description Take what a camera sees now into a run; needs no control, as it moves nothing.
+         */
+        post: operations["take_snapshot"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2218,6 +2262,12 @@ export interface components {
              */
             axes: ("x" | "y" | "z")[];
             /**
+             * Camera
+             * @description Whether `picture` gives what it sees.
+             * @default false
+             */
+            camera: boolean;
+            /**
              * Changed At
              * @description When `reach` last changed.
              */
@@ -2345,6 +2395,12 @@ export interface components {
              * @description Who has armed a dangerous action of it.
              */
             armed?: string | null;
+            /**
+             * Camera
+             * @description Whether `picture` gives what it sees.
+             * @default false
+             */
+            camera: boolean;
             /**
              * Changed At
              * @description When `reach` last changed.
@@ -4102,6 +4158,23 @@ export interface components {
             seq: number;
         };
         /**
+         * RunSnapshot
+         * @description A picture of the bench that a person took into a run.
+         */
+        RunSnapshot: {
+            /** At */
+            at: string;
+            /** By */
+            by: string;
+            /** Device */
+            device: string;
+            /**
+             * File
+             * @description In the run's folder.
+             */
+            file: string;
+        };
+        /**
          * RunSummary
          * @description One run in the list.
          */
@@ -4319,7 +4392,9 @@ export interface components {
          * @description What can be set; each of `checklists` is shown before a run with that danger.
          *
          *     `by_hand_s`: an action by hand is cancelled after ten times as long as its contract states, and
-         *     not before so many seconds. `receivers`, `quiet_from` and `quiet_to` are the lab's `notify`.
+         *     not before so many seconds. `look_every_s`: how often a live picture is taken, while somebody looks;
+         *     `look_for_min`: after so long it ends, until somebody wants it again. `receivers`, `quiet_from` and
+         *     `quiet_to` are the lab's `notify`.
          */
         Settings: {
             /**
@@ -4336,6 +4411,16 @@ export interface components {
             checklists?: {
                 [key: string]: string[];
             };
+            /**
+             * Look Every S
+             * @default 1
+             */
+            look_every_s: number;
+            /**
+             * Look For Min
+             * @default 10
+             */
+            look_for_min: number;
             /** Operators */
             operators?: string[];
             /**
@@ -4554,6 +4639,14 @@ export interface components {
              * @default
              */
             reason: string;
+        };
+        /**
+         * TakeSnapshot
+         * @description With which camera.
+         */
+        TakeSnapshot: {
+            /** Device */
+            device: string;
         };
         /**
          * Template
@@ -5331,6 +5424,37 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["GoalState"];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    get_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                device: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/*": string;
                 };
             };
             /** @description Nothing was done; the fault states why. */
@@ -7053,6 +7177,77 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["LaunchState"];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    list_snapshots: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RunSnapshot"][];
+                };
+            };
+            /** @description Nothing was done; the fault states why. */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Fault"];
+                };
+            };
+        };
+    };
+    take_snapshot: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Who stops or pauses, percent-encoded; for the log, and needed for nothing. */
+                "X-Name"?: string;
+                /** @description Milliseconds since 1970 by the server's clock (`server_time_ms`): after this the command is refused with 408 and not done. At most 60 s ahead. */
+                "X-Deadline"?: number | null;
+            };
+            path: {
+                id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["TakeSnapshot"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RunSnapshot"];
                 };
             };
             /** @description Nothing was done; the fault states why. */

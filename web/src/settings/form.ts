@@ -1,14 +1,16 @@
 /** The bench's settings as text that a person edits. */
 import type { Settings } from '../api/types'
 
-export interface Form { bench: string; operators: string; sizes: string; byHand: string; checklists: { danger: string; lines: string }[] }
+export interface Form { bench: string; operators: string; sizes: string; byHand: string; every: string; lookFor: string; checklists: { danger: string; lines: string }[] }
 
-export function formOf(settings: Pick<Settings, 'bench' | 'operators' | 'step_sizes_mm' | 'by_hand_s' | 'checklists'>): Form {
+export function formOf(settings: Pick<Settings, 'bench' | 'operators' | 'step_sizes_mm' | 'by_hand_s' | 'look_every_s' | 'look_for_min' | 'checklists'>): Form {
   return {
     bench: settings.bench,
     operators: settings.operators.join('\n'),
     sizes: settings.step_sizes_mm.join(' '),
     byHand: String(settings.by_hand_s),
+    every: String(settings.look_every_s),
+    lookFor: String(settings.look_for_min),
     checklists: Object.entries(settings.checklists).map(([danger, lines]) => ({ danger, lines: lines.join('\n') })),
   }
 }
@@ -23,6 +25,8 @@ export function kept(form: Form, before: Form, now: Form): Form {
     operators: one(form.operators, before.operators, now.operators),
     sizes: one(form.sizes, before.sizes, now.sizes),
     byHand: one(form.byHand, before.byHand, now.byHand),
+    every: one(form.every, before.every, now.every),
+    lookFor: one(form.lookFor, before.lookFor, now.lookFor),
     checklists: now.checklists.map((next) => ({
       ...next, lines: one(lines(form, next.danger), lines(before, next.danger), next.lines),
     })),

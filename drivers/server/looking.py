@@ -1,0 +1,66 @@
+"""A look with a camera between its goals: nobody has to hold it, and nothing of it is kept."""
+
+import asyncio
+from collections.abc import Callable
+
+from ...schemas.contract import Contract
+from ...schemas.messages import FileContent
+from ...system.extras import in_words
+from ...system.tasks import spawn
+from ..driver import ActionFailed, Driver, GoalContext
+from .lease import Refused
+
+LOOK_S = 10.0
+"""How long a look may take, and how long a goal waits for one."""
+
+
+class Looking:
+    """Takes pictures with one device, one at a time; all who ask during a look get the same one.
+
+    `in_use` says who uses the device, and is empty if nobody does.
+    """
+
+    def __init__(
+        self, name: str, driver: Driver, contract: Contract, in_use: Callable[[], str]
+    ) -> None:
+        self._name = name
+        self._driver = driver
+        self._how = contract.look()
+        self._in_use = in_use
+        self._looks = 0
+        self.task: asyncio.Task[FileContent] | None = None
+
+    async def picture(self) -> FileContent:
+        """What the device sees now; raises Refused."""
+        if self._how is None:
+            raise Refused("INVALID", f"{self._name} takes no pictures")
+        if self.task is None or self.task.done():
+            if used := self._in_use():
+                raise Refused("HELD", used)
+            self.task = spawn(
+                f"look with {self._name}", self._look(*self._how), expected=(Refused,)
+            )
+        done, _ = await asyncio.wait({self.task}, timeout=LOOK_S)
+        if not done or self.task.cancelled():
+            raise Refused("REJECTED", f"{self._name} gave no picture within {LOOK_S:g} s")
+        return self.task.result()
+
+    async def over(self) -> None:
+        """Wait for the end of a look: a camera does one thing at a time."""
+        if self.task is not None and not self.task.done():
+            await asyncio.wait({self.task}, timeout=LOOK_S)
+
+    async def _look(self, action: str, file: str) -> FileContent:
+        self._looks += 1
+        context = GoalContext(f"look-{self._looks}")
+        try:
+            await self._driver.method(action)(context, **{file: "picture.jpg"})
+        except ActionFailed as fault:
+            raise Refused("REJECTED", f"{self._name} gives no picture: {fault.message}") from fault
+        except Exception as fault:  # a driver may be third-party code
+            words = str(fault) if isinstance(fault, OSError) else in_words(fault)
+            raise Refused("REJECTED", f"{self._name} gives no picture: {words}") from fault
+        picture = context.files.get(file)
+        if picture is None:
+            raise Refused("REJECTED", f"{self._name} gives no picture: it sent none along")
+        return picture
