@@ -11,14 +11,16 @@ from .axis import Unit, counts_channels, in_nm, may_be_nm, unit_named
 from .fault import Unreadable
 from .spectrum import FloatArray
 
-AXIS = re.compile(r"wave|lambda|λ|^w\.?l\b|^nm\b|\[nm\]|\(nm\)|^x\b|^w$|[åÅ]ngstr|^axis", re.I)
+AXIS = re.compile(
+    r"wave|lambda|λ|^w\.?v?l(\b|_)|^nm\b|\[nm\]|\(nm\)|^x\b|^w$|[åÅ]ngstr|^axis", re.I
+)
 COUNTER = re.compile(
     r"pixel|channel|^(index|idx|no|nr|row|px|ch|#)\b\.?|^(col(umn)?|frame|roi|region|strip)$|order",
     re.I,
 )
 BESIDE = re.compile(
     r"dark|backg|\bbg\b|\bref|white|err|std|stdev|sigma|\bsd\b|unc|noise|±|%|transm|reflec|absor"
-    r"|irradi|time|^expos|start|ended|normal|smooth|filtered|base|^energy|^freq|^[dr]$|flag|mask|weight|\bfit\b|valid|dunkel|grund|fehler|rausch"
+    r"|irradi|time|^expos|start|ended|normal|smooth|filtered|base|^energy|^freq|^[dr]$|flag|mask|satur|weight|\bfit\b|valid|dunkel|grund|fehler|rausch"
     r"|obscur|fondo|\bbruit|тёмн|темн|фон|шум|暗|背景|参考|参比|噪声|误差|ダーク", re.I
 )  # fmt: skip
 RESULT = re.compile(
@@ -151,8 +153,10 @@ def _axes_unsaid(table: FloatArray) -> list[int]:
 
 
 def _labels(values: FloatArray) -> bool:
-    """Whether these number frames, regions or strips, or are one value: no counts of a detector."""
+    """Whether these number frames, regions or strips, are flags or one value: no detector's counts."""
     good = values[np.isfinite(values)]
+    if len(good) >= LEAST_LABELLED and np.isin(good, (0, 1)).all():
+        return True
     if len(good) < LEAST_LABELLED or not np.all(good == np.round(good)):
         return bool(len(good) > LEAST_LABELLED and good.min() == good.max() != 0)
     return int(np.count_nonzero(np.diff(good))) < FEW_CHANGES * len(good)

@@ -145,6 +145,9 @@ def headings(above: tuple[str, ...], separator: str, columns: int) -> tuple[str,
         line = line.strip().lstrip("#%!*/").strip()
         if line.startswith(">>>>>") or not line:
             continue
+        cells = fields_of(line, separator)
+        if len(cells) == columns > 2 and not numeric(cells[0]) and all(map(numeric, cells[1:])):
+            continue  # of each shot: its exposure, say
         names = _names(line, separator, columns)
         if names is None or names[0].endswith(("=", ":")):
             return ()  # of the instrument, not of the columns
@@ -158,7 +161,10 @@ def headings(above: tuple[str, ...], separator: str, columns: int) -> tuple[str,
 
 
 def _names(line: str, separator: str, columns: int) -> list[str] | None:
-    for fields in (fields_of(line, separator), WORDS.split(line), line.split()):
+    ways = [fields_of(line, separator)]
+    if separator == SPACES or separator not in line:
+        ways += [WORDS.split(line), line.split()]
+    for fields in ways:
         fields = [field.strip().strip('"') for field in fields]
         if len(fields) == columns - 1 and columns > 2:
             fields.append("")  # the last column often has no unit

@@ -15,7 +15,7 @@ LONG = 4 * LEAST  # characters of a line that has them
 MOST_ABOVE = 3  # long lines before them, as of what each column is
 LOOKED_AT = 16_384  # characters, before which the wavelengths must begin
 # As programs name columns: 200.1, "X200.1" (R), 200.1 nm, wl_200.1.
-NAMED = re.compile(r"[a-z_]{0,10}\s?(\d+([.,]\d+)?)\s?(nm)?", re.I)
+NAMED = re.compile(r"[a-z_]{0,10}\s?(\d+([.,]\d+)?(e[+-]?\d+)?)\s?(nm)?", re.I)
 SHOWN = 3
 
 
@@ -53,7 +53,7 @@ def read_rows(text: bytes) -> Readout | None:
         axis = np.array(named[begin:end], dtype=np.float64)
         ascending = axis if axis[-1] > axis[0] else axis[::-1]
         if not may_be_nm(ascending):
-            return None
+            continue  # numbers of the columns, above the wavelengths
         return _read(text, at + len(raw) + 1, fields, (begin, end), axis, separator, decimal)
     return None
 
@@ -86,7 +86,10 @@ def _all(named: list[float | None]) -> bool:
 
 def _named(field: str, decimal: str) -> float | None:
     found = NAMED.fullmatch(field.strip().strip('"').strip())
-    return None if found is None else value(found[1], decimal)
+    try:
+        return None if found is None else value(found[1], decimal)
+    except ValueError:
+        return None
 
 
 def _read(text, at, fields, ends, axis, separator, decimal) -> Readout | None:

@@ -97,6 +97,15 @@ DIALECTS = {
         f"{a:.4f}".replace(".", ",") + f";{1000 * b:,.0f}\n".replace(",", ".")
         for a, b in zip(X, Y, strict=True)),
     "sep line": "sep=;\nWave;Int\n" + rows("{};{}\n"),
+    "flags": "wavelength,counts,ok\n" + "".join(
+        f"{a},{b},{int(b > 300)}\n" for a, b in zip(X, Y, strict=True)),
+    "two kinds of wavelength": "wl_air,wl_vac,counts\n" + "".join(
+        f"{a},{1.00028 * a:.4f},{b}\n" for a, b in zip(X, Y, strict=True)),
+    "numbers of columns above rows": ",".join(map(str, range(N))) + "\n" + ",".join(map(str, X)) + "\n"
+    + ",".join(map(str, Y)) + "\n",
+    "numpy in rows": " ".join(f"{a:.18e}" for a in X) + "\n" + " ".join(f"{b:.18e}" for b in Y) + "\n",
+    "pandas, turned": "," + ",".join(map(str, range(N))) + "\nwavelength," + ",".join(map(str, X))
+    + "\nintensity," + ",".join(map(str, Y)) + "\n",
     "pandas": ",wavelength,intensity\n" + "".join(
         f"{i},{a},{b}\n" for i, (a, b) in enumerate(zip(X, Y, strict=True))),
     "symbols": "lambda\tI\tsigma_I\n" + rows("{0}\t{1}\t2.25\n"),
@@ -171,7 +180,14 @@ def shots_text(form, *shots, head=""):
 
 
 @pytest.mark.parametrize(
-    "head", ["", "wavelength,shot 1,shot 2,shot 3\n", "wavelength,17,18,19\n", "# burst of 3\n"]
+    "head",
+    [
+        "",
+        "wavelength,shot 1,shot 2,shot 3\n",
+        "wavelength,17,18,19\n",
+        "# burst of 3\n",
+        "wavelength,a,b,c\nIntegration time,1.05,1.05,2\n",
+    ],
 )
 def test_several_columns_are_shots_and_their_mean_says_so(head):
     text = shots_text("{},{},{},{}\n", Y, 1.5 * Y + 3, 0.5 * Y + 1, head=head)
@@ -406,6 +422,13 @@ def test_many_shots_in_columns_are_not_taken_for_rows():
     )
 
     assert len(read_shots(text.encode())) == 150
+
+
+@pytest.mark.parametrize("number", ["{:.4f}", "{:.7e}"])
+def test_shots_with_a_comma_and_a_blank_between_are_read(number):
+    text = shots_text(", ".join([number] * 31) + "\n", *(Y + k for k in range(30)))
+
+    assert read_shots(text.encode()).intensity[29] == pytest.approx(Y + 29, rel=1e-6)
 
 
 def test_words_and_numbers_beside_the_counts_are_left_out():
