@@ -20,7 +20,7 @@ COUNTER = re.compile(
 )
 BESIDE = re.compile(
     r"dark|backg|\bbg\b|\bref|white|err|std|stdev|sigma|\bsd\b|unc|noise|±|%|transm|reflec|absor"
-    r"|irradi|time|^expos|start|ended|normal|smooth|filtered|base|^energy|^freq|^[dr]$|flag|mask|satur|weight|\bfit\b|valid|dunkel|grund|fehler|rausch"
+    r"|irradi|temperat|time|^expos|start|ended|normal|smooth|filtered|base|^energy|^freq|^[dr]$|flag|mask|satur|weight|\bfit\b|valid|dunkel|grund|fehler|rausch"
     r"|obscur|fondo|\bbruit|тёмн|темн|фон|шум|暗|背景|参考|参比|噪声|误差|ダーク", re.I
 )  # fmt: skip
 RESULT = re.compile(

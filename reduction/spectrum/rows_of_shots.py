@@ -8,14 +8,16 @@ from .axis import counts_channels, may_be_nm
 from .dialect import COMMENT, fields_of, is_row, lines_of, numeric, value
 from .fault import Unreadable
 from .readout import Readout
+from .spectrum import FloatArray
 from .text_bytes import shown
 
 LEAST = 50  # wavelengths
 LONG = 4 * LEAST  # characters of a line that has them
 MOST_ABOVE = 3  # long lines before them, as of what each column is
 LOOKED_AT = 16_384  # characters, before which the wavelengths must begin
-# As programs name columns: 200.1, "X200.1" (R), 200.1 nm, wl_200.1.
-NAMED = re.compile(r"[a-z_]{0,10}\s?(\d+([.,]\d+)?(e[+-]?\d+)?)\s?(nm)?", re.I)
+# As programs name columns: 200.1, "X200.1" (R), 200.1 nm, wl_200.1, and 200.1.1 (pandas, the second).
+NAMED = re.compile(r"[a-z_]{0,10}\s?(\d+([.,]\d+)?(e[+-]?\d+)?)(\.\d\d?)?\s?(nm)?", re.I)
+ASCENDING = 0.98  # of the steps; others are the seams of detectors
 SHOWN = 3
 
 
@@ -51,11 +53,24 @@ def read_rows(text: bytes) -> Readout | None:
                 begin += 1  # SiO2 and TiO2, before plain wavelengths
         end = next((k for k in range(begin, len(named)) if named[k] is None), len(named))
         axis = np.array(named[begin:end], dtype=np.float64)
-        ascending = axis if axis[-1] > axis[0] else axis[::-1]
-        if not may_be_nm(ascending):
+        if not _may_be_wavelengths(axis):
             continue  # numbers of the columns, above the wavelengths
+        if sum(one is not None for one in named[end:]) >= LEAST:
+            raise Unreadable(
+                f"the wavelengths above the spectra are interrupted by {fields[end].strip()[:20]!r}, "
+                f"column {end + 1}; put such columns before or after them"
+            )
         return _read(text, at + len(raw) + 1, fields, (begin, end), axis, separator, decimal)
     return None
+
+
+def _may_be_wavelengths(axis: FloatArray) -> bool:
+    """Whether these are an axis, of several detectors perhaps, and in any unit."""
+    ascending = axis if axis[-1] > axis[0] else axis[::-1]
+    if may_be_nm(ascending):
+        return True
+    few_back = np.mean(np.diff(ascending) > 0) > ASCENDING and not counts_channels(ascending)
+    return bool(few_back and ascending.min() > 0)
 
 
 def _cells(line: str, separator: str) -> list[str]:

@@ -396,6 +396,41 @@ def test_a_row_for_each_spectrum_is_read_with_the_wavelengths_above(text):
     assert found.intensity.tolist() == BURST.tolist()
 
 
+@pytest.mark.parametrize("again", ["{}", "{}.1"])
+def test_rows_of_detectors_that_share_a_wavelength_are_read_whole(again):
+    heading = [*map(str, WIDE[:40]), again.format(WIDE[39]), *map(str, WIDE[40:])]
+    lines = [",".join(["sample", *heading])]
+    lines += [",".join(map(str, [k, *row[:40], row[39], *row[40:]])) for k, row in enumerate(BURST)]
+    found = read_shots("\n".join(lines).encode())
+
+    assert found.wavelength_nm.tolist() == WIDE.tolist()
+    assert found.intensity.tolist() == BURST.tolist()
+
+
+def test_rows_over_angstrom_and_over_overlapping_detectors_are_read():
+    angstrom = in_rows("sample", "rock {}").replace("\n", "\n#", 1).split("#")
+    above = ",".join(["sample", *(f"{10 * x:.3f}" for x in WIDE)])
+    over = np.concatenate([WIDE[:45], WIDE[38:] + 0.01])
+    twice = [
+        ",".join(map(str, over)),
+        *(",".join(map(str, range(7, 7 + len(over)))) for _ in range(2)),
+    ]
+
+    with pytest.raises(Unreadable, match="use --unit angstrom"):
+        read_shots(f"{above}\n{angstrom[1]}".encode())
+    found = read_shots(f"{above}\n{angstrom[1]}".encode(), unit="angstrom")
+    assert found.wavelength_nm == pytest.approx(WIDE)
+    assert len(read_shots("\n".join(twice).encode()).wavelength_nm) == 42 + 39
+
+
+def test_wavelengths_above_rows_are_not_cut_short():
+    text = in_rows("sample", "rock {}")
+    words = ",".join(["sample", *map(str, WIDE[:60]), "label", *map(str, WIDE[:60] + 800)])
+
+    with pytest.raises(Unreadable, match=r"interrupted by 'label', column 62"):
+        read_shots(f"{words}\n{text.splitlines()[1]}".encode())
+
+
 def test_rows_of_several_samples_are_named():
     found = read_spectrum(in_rows("sample", "rock {}").encode())
 
