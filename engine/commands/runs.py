@@ -25,10 +25,19 @@ Value = Annotated[
         "--value", metavar="NAME", help="An output, parameter or TABLE.COLUMN over these runs."
     ),
 ]
+Low = Annotated[
+    str, typer.Option("--low", metavar="QUANTITY", help="A lower limit of your own for --value.")
+]
+High = Annotated[
+    str, typer.Option("--high", metavar="QUANTITY", help="An upper limit of your own for --value.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print a JSON list of objects.")]
 
 
-def runs(runs: Runs = RUNS, find: Find = "", value: Value = "", json: Json = False) -> None:
+def runs(
+    runs: Runs = RUNS, find: Find = "", value: Value = "", low: Low = "", high: High = "",
+    json: Json = False,
+) -> None:  # fmt: skip
     """List the runs, oldest first."""
     from ..index.index import find_runs
     from ..index.wanted import NotUnderstood
@@ -38,7 +47,9 @@ def runs(runs: Runs = RUNS, find: Find = "", value: Value = "", json: Json = Fal
     except NotUnderstood as fault:
         fail(f"--find {fault}")
     if value:
-        _over_runs(entries, value, json)
+        _over_runs(entries, value, low, high, json)
+    elif low or high:
+        fail("--low and --high are limits of a --value: name it, such as --value data.Li")
     elif json:
         typer.echo(jsonlib.dumps([row(entry, runs) for entry in entries], indent=1))
     else:
@@ -80,11 +91,15 @@ def row(entry: "Entry", runs: Path) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _over_runs(entries: "list[Entry]", name: str, json: bool) -> None:
+def _over_runs(entries: "list[Entry]", name: str, low: str, high: str, json: bool) -> None:
     """A number over runs, with its limits."""
     from ..index.control_chart import chart, none_has
+    from ..index.wanted import NotUnderstood
 
-    made = chart(entries, name)
+    try:
+        made = chart(entries, name, low, high)
+    except NotUnderstood as fault:
+        fail(f"--{fault}")
     if not made.points:
         fail(f"--value {name}: {none_has(entries, name)}")
     if json:
@@ -99,7 +114,11 @@ def _over_runs(entries: "list[Entry]", name: str, json: bool) -> None:
     for entry, number in made.points:
         out = "  outside of the limits" if made.is_out(number) else ""
         typer.echo(f"{entry.run:<44} {number:>14.6g} {made.unit}{out}".rstrip())
-    if made.mean is not None:
-        typer.echo(
-            f"mean {made.mean:.6g}, limits {made.low:.6g} to {made.high:.6g} {made.unit}".rstrip()
-        )
+    limits = [
+        f"{word} {limit:.6g} {made.unit}".rstrip()
+        for word, limit in (("mean", made.mean), ("low", made.low), ("high", made.high))
+        if limit is not None
+    ]
+    out = sum(made.is_out(number) for _, number in made.points)
+    if limits:
+        typer.echo(f"{', '.join(limits)}: {out} of {len(made.points)} outside")

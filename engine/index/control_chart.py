@@ -1,14 +1,17 @@
-"""One number over many runs, with limits: Shewhart's chart of single values.
+"""One number over many runs, with limits: a person's own, or Shewhart's for single values.
 
-The limits are mean ± 2.66 times the mean moving range, three standard deviations of what varies
+Shewhart's are mean ± 2.66 times the mean moving range, three standard deviations of what varies
 from one run to the next (ISO 7870-2); a drift does not widen them as it would a standard deviation.
 """
 
 from dataclasses import dataclass
 from itertools import pairwise
 
+from ...schemas.quantity import UnitError, magnitude_in, quantity
 from ..language.suggest import did_you_mean
+from ..run.rows import unit_in
 from .entry import Entry
+from .wanted import CLOSE, NotUnderstood, number_in
 
 FACTOR = 2.66
 """3 / d2, with d2 = 1.128 for ranges of two."""
@@ -17,7 +20,11 @@ FEWEST = 3
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """`points`: run and number, oldest first. `low`, `mean`, `high` are None for fewer than three."""
+    """`points`: run and number, oldest first. `mean` is None for fewer than three.
+
+    `low` and `high` are None where there is no limit: computed ones for fewer than three runs, of
+    a person's own the other side.
+    """
 
     name: str
     unit: str
@@ -27,25 +34,57 @@ class Chart:
     high: float | None = None
 
     def is_out(self, number: float) -> bool:
-        """True beyond a limit."""
-        return (
-            self.low is not None and self.high is not None and not self.low <= number <= self.high
+        """True beyond a limit, by more than the noise of a last digit."""
+        return any(
+            limit is not None and sign * (number - limit) > CLOSE * max(abs(number), abs(limit))
+            for limit, sign in ((self.low, -1), (self.high, 1))
         )
 
 
-def chart(entries: list[Entry], name: str) -> Chart:
-    """The chart of a number that runs came to (an output, or the mean of a column), or of a parameter."""
-    points = [(entry, *told) for entry in entries if (told := entry.number(name)) is not None]
-    units = [unit for _, _, unit in points]
-    unit = units[-1] if units else ""
-    alike = [(entry, number) for entry, number, of in points if of == unit]
-    numbers = [number for _, number in alike]
-    if len(numbers) < FEWEST:
-        return Chart(name, unit, alike)
-    mean = sum(numbers) / len(numbers)
+def chart(entries: list[Entry], name: str, low: str = "", high: str = "") -> Chart:
+    """The chart of a number that runs came to (an output, or the mean of a column), or of a parameter.
+
+    `low`, `high`: limits instead of the computed ones, as `0.5 mm` or `3`, in the number's unit.
+    Raises NotUnderstood for one that is none.
+    """
+    told = [(entry, *found) for entry in entries if (found := entry.number(name)) is not None]
+    last = told[-1][2] if told else ""
+    points = [
+        (entry, same) for entry, number, own in told if (same := _in(number, own, last)) is not None
+    ]
+    unit = last or unit_in(name.partition(".")[2])
+    numbers = [number for _, number in points]
+    mean = sum(numbers) / len(numbers) if len(numbers) >= FEWEST else None
+    if low or high:
+        lowest, highest = _limit("low", low, name, unit), _limit("high", high, name, unit)
+        if lowest is not None and highest is not None and lowest > highest:
+            raise NotUnderstood(f"low {low} is above high {high}")
+        return Chart(name, unit, points, lowest, mean, highest)
+    if mean is None:
+        return Chart(name, unit, points)
     ranges = [abs(a - b) for a, b in pairwise(numbers)]
     width = FACTOR * sum(ranges) / len(ranges)
-    return Chart(name, unit, alike, mean - width, mean, mean + width)
+    return Chart(name, unit, points, mean - width, mean, mean + width)
+
+
+def _in(number: float, own: str, unit: str) -> float | None:
+    """A run's number in the unit of the last run; None if it is of another kind."""
+    if own == unit:
+        return number
+    try:
+        return float(magnitude_in(quantity(number, own), unit)) if own and unit else None
+    except UnitError:
+        return None
+
+
+def _limit(which: str, text: str, name: str, unit: str) -> float | None:
+    if not text:
+        return None
+    number = number_in(text, unit)
+    if number is None:
+        such = f"is in {unit}: write 3, or `3 {unit}`" if unit else "has no unit: write a number"
+        raise NotUnderstood(f"{which} {text}: {name} {such}")
+    return number
 
 
 def names(entries: list[Entry]) -> list[str]:

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta
+from math import isfinite, nan
 from typing import Any
 
 from ...schemas.quantity import UnitError, magnitude_in
@@ -125,7 +126,7 @@ def _holds(ours: Any, sign: str, text: str) -> bool:
     unit = ""
     if isinstance(ours, dict) and QUANTITY_KEY in ours:
         ours, unit = ours[QUANTITY_KEY]
-    theirs = _number(text, unit)
+    theirs = number_in(text, unit)
     if theirs is None or isinstance(ours, bool) or not isinstance(ours, int | float):
         same = text.lower() in (value_text(ours).lower(), str(ours).lower())
         return {"=": same, "!=": not same}.get(sign, False)
@@ -133,13 +134,13 @@ def _holds(ours: Any, sign: str, text: str) -> bool:
     return OPERATORS[sign](0.0 if close else ours - theirs, 0.0)
 
 
-def _number(text: str, unit: str) -> float | None:
-    """The number that is sought, in a unit; None where it is none, or of another dimension."""
+def number_in(text: str, unit: str) -> float | None:
+    """The number that is written, in a unit; None where it is none, or of another dimension."""
     try:
-        return float(text)
+        number = float(text)
     except ValueError:
-        pass
-    try:
-        return float(magnitude_in(text, unit)) if unit else None
-    except UnitError:
-        return None
+        try:
+            number = float(magnitude_in(text, unit)) if unit else nan
+        except UnitError:
+            return None
+    return number if isfinite(number) else None

@@ -230,15 +230,23 @@ def compare(*names: str | Path | RecordedRun, runs: str | Path = "runs") -> "Com
     return compare_runs([one.folder for one in there])
 
 
-def values(name: str, runs: str | Path = "runs", *, find: str = "") -> "Chart":
+def values(
+    name: str, runs: str | Path = "runs", *, find: str = "",
+    low: float | str = "", high: float | str = "",
+) -> "Chart":  # fmt: skip
     """A number over runs with its limits: an output, a parameter, or the mean of TABLE.COLUMN.
 
-    Raises Refused where no run has it, and says which numbers there are.
+    low, high: limits of one's own, `"0.5 mm"` or a number in its unit; either alone, or computed
+    ones for neither. Raises Refused where no run has it, and says which numbers there are.
     """
     from ..index.control_chart import chart, none_has
+    from ..index.wanted import NotUnderstood
 
     entries = _found(runs, find)
-    made = chart(entries, name)
+    try:
+        made = chart(entries, name, str(low), str(high))
+    except NotUnderstood as fault:
+        raise Refused(str(fault)) from None
     if not made.points:
         raise Refused(none_has(entries, name))
     return made

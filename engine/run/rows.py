@@ -23,6 +23,13 @@ from ..language.moments import moment_text
 from ..language.value import Value
 from .files import NoRoom
 
+UNITS = {
+    "mm", "um", "nm", "m", "s", "ms", "min", "h", "mg", "g", "kg", "ul", "ml", "l", "K", "degC",
+    "bar", "mbar", "Pa", "kPa", "V", "mV", "A", "mA", "W", "J", "Hz", "kHz", "percent",
+    "mm/min", "mm/s", "count",
+}  # fmt: skip
+"""Those that are found again in a column's name; others are taken as part of it."""
+
 
 class Rows:
     """A table that grows by one row per iteration; it can be recreated from the journal."""
@@ -143,6 +150,16 @@ def suffix(unit: str | None) -> str:
     if not unit:
         return ""
     return "_" + unit.replace(" ", "").replace("/", "_per_").replace("**", "").replace("µ", "u")
+
+
+def unit_in(column: str) -> str:
+    """The unit that a column's name ends with (`x_mm`, `feed_mm_per_min`); empty for none."""
+    _, mark, rest = column.partition("_")
+    while mark:
+        if (unit := rest.replace("_per_", "/")) in UNITS:
+            return unit
+        _, mark, rest = rest.partition("_")
+    return ""
 
 
 def _csv_line(cells: list[str]) -> str:

@@ -101,6 +101,14 @@ describe('runs', { tags: ['soak'] }, () => {
     await expect.poll(() => chart.getAttribute('viewBox')).toMatch(/^0 0 3\d\d /) // as wide as its panel
     await chart.scrollIntoViewIfNeeded()
     await picture(page, 'finding-chart-narrow-dark')
+    await page.getByRole('textbox', { name: 'Upper limit' }).pressSequentially('0,5', { delay: 50 })
+    await page.keyboard.press('Enter')
+    await expect.poll(() => page.getByRole('list', { name: 'Outside of the limits' }).getByRole('listitem').count()).toBe(3)
+    await page.reload()
+    await page.getByRole('list', { name: 'All runs' }).getByText(/^✕ data\.Si .*, above 0\.5$/).first().waitFor()
+    await picture(page, 'finding-limits-narrow-dark')
+
+    expect(new URL(page.url()).search).toBe('?find=K17&value=data.Si&high=0.5')
     await page.evaluate(() => scrollTo(0, 0))
 
     expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(390)

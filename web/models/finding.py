@@ -57,7 +57,7 @@ class RunNumber(ApiModel):
 
 
 class RunNumbers(ApiModel):
-    """One number over runs, oldest first; no limits for fewer than three."""
+    """One number over runs, oldest first; no mean, and no computed limits, for fewer than three."""
 
     name: str
     unit: str

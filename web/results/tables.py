@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from ...engine.run.rows import unit_in
 from ...system.cells import bare
 from ..local.refusal import not_found
 from ..models.results import Column, TableHead, TableWindow
@@ -15,11 +16,6 @@ from ..models.results import Column, TableHead, TableWindow
 PATTERN = "data*.csv"
 BESIDE = ("key", "fate")
 """Columns that the engine adds to those of the protocol."""
-UNITS = {
-    "mm", "um", "nm", "m", "s", "ms", "min", "h", "mg", "g", "kg", "ul", "ml", "l", "K", "degC",
-    "bar", "mbar", "Pa", "kPa", "V", "mV", "A", "mA", "W", "J", "Hz", "kHz", "percent",
-    "mm_per_min", "mm_per_s", "count",
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -48,7 +44,7 @@ class Table:
     def head(self) -> TableHead:
         """As sent to the page."""
         columns = [
-            Column(name=name, unit=unit_of(name), numeric=name in self.numbers)
+            Column(name=name, unit=unit_in(name) or None, numeric=name in self.numbers)
             for name in self.columns
         ]
         return TableHead(name=self.name, columns=columns, rows=self.rows)
@@ -89,16 +85,6 @@ def _number(cell: str) -> float | None:
     except ValueError:
         return _NONE
     return value if math.isfinite(value) else None
-
-
-def unit_of(column: str) -> str | None:
-    """The unit in a column's name: `x_mm`, `feed_mm_per_min`."""
-    _, mark, suffix = column.partition("_")
-    while mark:
-        if suffix in UNITS:
-            return suffix
-        _, mark, suffix = suffix.partition("_")
-    return None
 
 
 def table_names(folder: Path) -> list[str]:

@@ -10,6 +10,7 @@ from .state import TheSite
 
 router = APIRouter(tags=["finding"])
 Find = Annotated[str, Query(max_length=500)]
+Limit = Annotated[str, Query(max_length=100, description="`0.5 mm`, or `3` in the number's unit.")]
 
 
 @router.get("/found")
@@ -22,9 +23,11 @@ async def found_runs(
 
 
 @router.get("/found/numbers")
-async def found_numbers(name: str, app_state: TheSite, find: Find = "") -> models.RunNumbers:
-    """One number over those runs, with its limits: an output, a parameter, TABLE.COLUMN."""
-    return await app_state.finding.numbers(name, find)
+async def found_numbers(
+    name: str, app_state: TheSite, find: Find = "", low: Limit = "", high: Limit = ""
+) -> models.RunNumbers:
+    """One number over those runs: an output, a parameter, TABLE.COLUMN; limits are computed, or given."""
+    return await app_state.finding.numbers(name, find, low, high)
 
 
 @router.get("/compared")

@@ -37,9 +37,13 @@ class Finding:
             all=len(await self._entries("")) if text else len(entries), numbers=names(window),
         )  # fmt: skip
 
-    async def numbers(self, name: str, text: str) -> models.RunNumbers:
-        """One number over the runs for which a search holds."""
-        made = chart(await self._entries(text), name)
+    async def numbers(self, name: str, text: str, low: str, high: str) -> models.RunNumbers:
+        """One number over the runs for which a search holds; raises Refusal (422)."""
+        entries = await self._entries(text)
+        try:
+            made = chart(entries, name, low, high)
+        except NotUnderstood as fault:
+            raise Refusal(422, "NOT_UNDERSTOOD", str(fault)) from fault
         runs = [
             models.RunNumber(
                 run=entry.run, protocol=entry.protocol, began_at=entry.began, value=number,

@@ -1,6 +1,7 @@
 """Runs are found again, compared and charted, in a shell and in Python, from what each says of itself."""
 
 import json
+import re
 import sqlite3
 from datetime import UTC, date, datetime, timedelta
 
@@ -119,6 +120,9 @@ def test_in_a_shell_runs_are_labelled_found_charted_and_compared(lab, cli):
     wrong = cli(label, "old_1", "--tag", "two words", "--runs", lab)
     chart = cli(runs, "--value", "mass", "--runs", lab).output
     none = cli(runs, "--value", "mas", "--runs", lab)
+    own = cli(runs, "--value", "mass", "--high", "5.5 mg", "--runs", lab).output
+    lone = cli(runs, "--high", "5.5 mg", "--runs", lab)
+    unlike = cli(runs, "--value", "mass", "--low", "5 mm", "--runs", lab)
     told = cli(compare, "old_1", "lost_2", "new_3", "--runs", lab).output
 
     assert "tags good bad" in done.output
@@ -128,6 +132,12 @@ def test_in_a_shell_runs_are_labelled_found_charted_and_compared(lab, cli):
     assert wrong.exit_code == 2 and "tags" in wrong.output
     assert "5 mg" in chart and "6 mg" in chart and "mean" not in chart  # two are too few for limits
     assert none.exit_code == 2 and "did you mean mass?" in none.output
+    assert "new_3" in own.splitlines()[1] and own.splitlines()[1].endswith(
+        "6 mg  outside of the limits"
+    )
+    assert own.splitlines()[2] == "high 5.5 mg: 1 of 2 outside"
+    assert lone.exit_code == 2 and "name it" in lone.output
+    assert unlike.exit_code == 2 and "--low 5 mm: mass is in mg" in unlike.output
     for words in ("500 um", "libs.measure NoPlasma", "-a: 1", "+a: 2", "(0 alike)"):
         assert words in told
 
@@ -156,6 +166,34 @@ def test_limits_come_from_moving_ranges_and_tell_what_is_out(tmp_path):
     assert made.high - made.mean == pytest.approx(2.66 * sum(ranges) / 5)
     assert [number for _, number in made.points if made.is_out(number)] == [9.0]
     assert made.unit == "mg"
+
+
+@pytest.mark.parametrize(
+    ("name", "limits", "out"),
+    [
+        ("mass", {"high": "5.5 mg"}, [6.0]),
+        ("mass", {"low": 5.0, "high": "0.006 g"}, []),  # on the limit is not beyond it
+        ("mass", {"low": "5.5"}, [5.0]),
+        ("pitch", {"low": "300 um"}, [0.2, 0.2]),  # one run has it in µm
+        ("pitch", {"high": 0.2}, [0.5]),
+        ("data.Li", {"high": "3"}, []),
+        ("data.off_mm", {"high": "500 um"}, [0.7]),
+        ("mass", {"low": "5 mm"}, "low 5 mm: mass is in mg: write 3, or `3 mg`"),
+        ("mass", {"high": "0,5 mg"}, "high 0,5 mg: mass is in mg"),
+        ("data.Li", {"low": "1 mg"}, "low 1 mg: data.Li has no unit: write a number"),
+        ("mass", {"low": "nan"}, "low nan"),
+        ("mass", {"low": "6", "high": "5 mg"}, "low 6 is above high 5 mg"),
+    ],
+)
+def test_limits_of_ones_own_tell_what_lies_beyond(lab, name, limits, out):
+    (lab / "new_3" / "data.csv").write_text("key,off_mm,Li,fate\n1,0.7,3.0000000000000004,ok\n")
+    if isinstance(out, str):
+        with pytest.raises(labrun.Refused, match=re.escape(out)):
+            labrun.values(name, lab, **limits)
+        return
+    made = labrun.values(name, lab, **limits)
+
+    assert [number for _, number in made.points if made.is_out(number)] == out
 
 
 @pytest.fixture

@@ -177,6 +177,10 @@ def test_a_run_is_found_labelled_and_compared_with_what_it_came_to(done):
     found = page.get("/found", params={"find": "tag:good pitch=1mm"}).json()
     meant = page.get("/found", params={"find": "colour:red"})
     numbers = page.get("/found/numbers", params={"name": "data.Li", "find": "tag:good"}).json()
+    own = page.get(
+        "/found/numbers", params={"name": "data.Li", "find": "tag:good", "high": "2.5"}
+    ).json()
+    unlike = page.get("/found/numbers", params={"name": "data.Li", "low": "2 mm"})
     compared = page.get("/compared", params={"run": [id, id]}).json()
     of_sample = page.get("/samples/K 9").json()
     samples = {one["name"] for one in page.get("/samples").json()}
@@ -187,6 +191,8 @@ def test_a_run_is_found_labelled_and_compared_with_what_it_came_to(done):
     assert found["runs"][0]["total"] == 6 and "data.Li" in found["numbers"]
     assert meant.status_code == 422 and "there is no colour" in meant.json()["message"]
     assert numbers["runs"][0]["value"] == 3.0 and numbers["mean"] is None
+    assert own["high"] == 2.5 and own["low"] is None and own["runs"][0]["out"]
+    assert unlike.status_code == 422 and unlike.json()["message"].startswith("low 2 mm: ")
     assert compared["params"] == {} and compared["values"]["data.Li"] == [3.0, 3.0]
     assert page.get("/compared", params={"run": [id]}).status_code == 422
     assert page.get("/compared", params={"run": [id, "../x"]}).status_code == 404

@@ -416,7 +416,7 @@ export interface paths {
         };
         /**
          * Found Numbers
-         * @description One number over those runs, with its limits: an output, a parameter, TABLE.COLUMN.
+         * @description One number over those runs: an output, a parameter, TABLE.COLUMN; limits are computed, or given.
          */
         get: operations["found_numbers"];
         put?: never;
@@ -4124,7 +4124,7 @@ export interface components {
         };
         /**
          * RunNumbers
-         * @description One number over runs, oldest first; no limits for fewer than three.
+         * @description One number over runs, oldest first; no mean, and no computed limits, for fewer than three.
          */
         RunNumbers: {
             /** High */
@@ -5539,6 +5539,10 @@ export interface operations {
             query: {
                 name: string;
                 find?: string;
+                /** @description `0.5 mm`, or `3` in the number's unit. */
+                low?: string;
+                /** @description `0.5 mm`, or `3` in the number's unit. */
+                high?: string;
             };
             header?: never;
             path?: never;

@@ -51,5 +51,5 @@ export function useFound(find: Ref<string>) {
   const all = computed(() => Math.max(told.value?.all ?? 0, Object.keys(connection.bench.runs).length))
   const total = computed(() => told.value?.total ?? 0)
   const numbers = computed(() => told.value?.numbers ?? [])
-  return { runs, all, total, numbers, failure, shown, ready: computed(() => told.value !== null), again: ask }
+  return { told, runs, all, total, numbers, failure, shown, ready: computed(() => told.value !== null), again: ask }
 }
