@@ -37,11 +37,35 @@ async function left(input: HTMLInputElement): Promise<string> {
 
 it.each([
   ['number', 'mm', '12,5', '12.5 mm'], ['number', 'mm', '−3', '-3 mm'], ['number', 's', '1,5 min', '1.5 min'], ['list', '', '007, "B, C", 3', ['007', 'B, C', 3]],
+  ['list', '', '0,5', [0.5]], ['list', '', '0,5; 1,5 mm;2', [0.5, '1.5 mm', 2]], ['list', '', '0,5, 1,5 mm', [0.5, '1.5 mm']], ['list', '', '1,2,3', [1, 2, 3]], ['list', '', 'A,B;C', ['A,B', 'C']],
+  ['list', '', '"a; b", c', ['a; b', 'c']], ['list', '', '1,2-dichloroethane', [1, '2-dichloroethane']], ['list', '', '1,2-dichloroethane; water', ['1,2-dichloroethane', 'water']], ['list', '', '0,5;', [0.5]],
+  ['value', '', '5', 5], ['value', '', '0,5', 0.5], ['value', '', '1,5 mm', '1.5 mm'], ['value', '', '"5"', '5'], ['value', '', 'true', true], ['value', '', 'one, two', 'one, two'], ['value', '', '007', '007'],
 ] as const)('%s in “%s”: %s is kept as it is meant', async (kind, unit, text, meant) => {
   const { value, input } = fieldOf(undefined, { kind, unit }, (now) => now)
   await left(await typed(input, text))
 
   expect(value.value).toEqual(meant)
+})
+
+it('what is understood of a list is said while it is typed, and what was a text becomes a number', async () => {
+  const { root, input } = fieldOf(['A', 'B'], {}, (now) => now)
+  await typed(input, '0,5,1')
+
+  expect(root.querySelector('[role=status]')?.textContent).toBe('3 items: 0 · 5 · 1')
+
+  await typed(input, '0,5')
+
+  expect(root.querySelector('[role=status]')?.textContent).toBe('1 item: 0.5')
+  expect([await left(input as HTMLInputElement), root.querySelector('[role=status]')]).toEqual(['0.5', null])
+
+  const { value, input: single } = fieldOf('to be measured', { kind: 'value' }, (now) => now)
+  await left(await typed(single, '12,5'))
+
+  expect([value.value, single?.value]).toEqual([12.5, '12.5'])
+  value.value = '12'
+  await nextTick()
+
+  expect(single?.value).toBe('"12"')
 })
 
 it('what is being typed into a list stays when the protocol is read anew', async () => {

@@ -1,10 +1,12 @@
 // A field of a form from a contract's schema: what it accepts, shows and writes.
 import { isNumber, pointed } from '../../ui/format'
+import { itemOf, itemText, listOf, listText } from '../../ui/lists'
 import { isMap } from '../text/path'
 
 export interface Field {
   name: string
-  kind: 'number' | 'text' | 'choice' | 'truth' | 'list'
+  /** `value`: whatever was typed, a number, yes or no, or a text. */
+  kind: 'number' | 'text' | 'choice' | 'truth' | 'list' | 'value'
   unit: string
   choices: string[]
   required: boolean
@@ -50,9 +52,10 @@ export function rangeText(part: Schema): string {
 }
 
 /** A value as text in a field. */
-export function asText(value: unknown, texts = false): string {
+export function asText(value: unknown, texts = false, kind: Field['kind'] = 'text'): string {
   if (value === undefined || value === null) return ''
-  if (Array.isArray(value)) return value.every((one) => typeof one !== 'object') ? value.map((one) => itemText(one, texts)).join(', ') : JSON.stringify(value)
+  if (Array.isArray(value)) return value.every((one) => typeof one !== 'object') ? listText(value, texts) : JSON.stringify(value)
+  if (typeof value === 'string' && kind === 'value') return /^(true|false)$/.test(value) ? JSON.stringify(value) : itemText(value, false, /^"/)
   return typeof value === 'object' ? JSON.stringify(value) : String(value as string | number | boolean)
 }
 
@@ -62,27 +65,9 @@ export function asValue(written: string, kind: Field['kind'], unit = '', texts =
   if (text === '') return undefined
   if (text.includes('${{')) return text
   if (kind === 'truth') return text === 'true' || text === 'on' || (text === 'false' || text === 'off' ? false : text)
-  if (kind === 'list') return (text.replace(/^\[|\]$/g, '').match(/\s*"(?:[^"\\]|\\.)*"\s*(?=,|$)|[^,]+/g) ?? []).map((one) => one.trim()).filter(Boolean).map((one) => itemOf(one, texts))
+  if (kind === 'list') return listOf(text, texts)
+  if (kind === 'value') return text === 'true' || (text === 'false' ? false : itemOf(text))
   const number = pointed(text)
   if (kind === 'number' && isNumber(number)) return unit === '' ? Number(number) : `${number} ${unit}`
   return kind === 'number' ? number : text
-}
-
-/** `007`, `1E5` and twenty digits name something: as numbers they would be something else. */
-function itemOf(text: string, texts: boolean): unknown {
-  if (/^".*"$/.test(text)) {
-    try {
-      return JSON.parse(text)
-    } catch {
-      return text
-    }
-  }
-  const plain = pointed(text)
-  return !texts && isNumber(plain) && !/^[-+]?0\d|\de\d|\d{16}/i.test(plain) ? Number(plain) : text
-}
-
-/** In quotes where it would be read as something else. */
-function itemText(item: unknown, texts: boolean): string {
-  const text = String(item)
-  return typeof item === 'string' && (text === '' || text !== text.trim() || /[",[\]]/.test(text) || itemOf(text, texts) !== text) ? JSON.stringify(text) : text
 }

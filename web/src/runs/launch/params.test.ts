@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest'
-import { chosen, fault, rangeWords, sent, shownDefault, type ParamForm } from './params'
+import { chosen, fault, rangeWords, sent, shownDefault, understood, type ParamForm } from './params'
 
 const base = { unit: null, default: null, required: false, minimum: null, maximum: null, pattern: null, enum: null, summary: '' }
 const pitch: ParamForm = { ...base, name: 'pitch', type: 'quantity', unit: 'mm', default: '0.2 mm', minimum: '0.02 mm', maximum: '10 mm' }
@@ -20,6 +20,14 @@ test('a field says what it must be', () => {
   expect(fault(shots, '')).toBe('needed')
   expect(fault(shots, 'many')).toBe('enter a number')
   expect(fault(sample, 'core')).toBe('must match ^[A-Z]+$')
+})
+
+test('a list is read as it is typed, and what was understood is said', () => {
+  const volumes: ParamForm = { ...base, name: 'volumes', type: 'array', default: [10, '20 ul'] }
+
+  expect(shownDefault(volumes)).toBe('10, 20 ul')
+  expect(['0,5', '0,5; 1,5', '1, 2', '[3, 4]', '007', '[[1, 2], [3]]'].map((one) => sent(volumes, one))).toEqual([[0.5], [0.5, 1.5], [1, 2], [3, 4], ['007'], '[[1, 2], [3]]'])
+  expect([understood(volumes, '0,5'), understood(volumes, '1,2,3'), understood(volumes, '10, 20 ul'), understood(pitch, '0,5')]).toEqual(['1 item: 0.5', '3 items: 1 · 2 · 3', '', ''])
 })
 
 test('another unit is left to the server to judge', () => {

@@ -1,6 +1,7 @@
 // Parameters of a protocol as fields: what is typed, what it must be, what is sent.
 import type { Received } from '../../api/types'
 import { isNumber, pointed, typedNumber } from '../../ui/format'
+import { listOf, listText, listWords } from '../../ui/lists'
 
 export type ParamForm = Received<'ParamForm'>
 
@@ -13,6 +14,7 @@ export function shownDefault(param: ParamForm): string {
 export function shown(param: ParamForm, value: unknown): string {
   if (value === null || value === undefined) return ''
   if (typeof value === 'string') return param.type === 'quantity' ? withoutUnit(value, param.unit) : value
+  if (Array.isArray(value) && value.every((one) => typeof one !== 'object')) return listText(value)
   if (typeof value === 'object') return JSON.stringify(value)
   return String(value)
 }
@@ -27,10 +29,19 @@ export function sent(param: ParamForm, typed: string): unknown {
   const text = typed.trim()
   if (param.type === 'string') return typed
   if (param.type === 'boolean') return text === 'true'
-  if (param.type === 'array') return text
+  if (param.type === 'array') return NESTED.test(text) ? text : listOf(text)
   const plain = pointed(text)
   if (param.type === 'quantity') return isNumber(plain) && param.unit ? `${plain} ${param.unit}` : plain
   return isNumber(plain) ? Number(plain) : text
+}
+
+/** What the server reads: lists of lists, maps, and quotes of YAML. */
+const NESTED = /^.+[[{]|[{']/
+
+/** What is understood of a list that was typed; empty for anything else. */
+export function understood(param: ParamForm, typed: string): string {
+  const value = param.type === 'array' && typed.trim() !== '' && typed !== shownDefault(param) ? sent(param, typed) : null
+  return Array.isArray(value) ? listWords(value) : ''
 }
 
 /** The error in the typed text; empty if the server is to judge. */
