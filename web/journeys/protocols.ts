@@ -585,6 +585,8 @@ finally:
     await fetch(`${bench.address}/api/v1/protocols/shared.yaml`, {
       method: 'PUT', headers: { ...(await letIn(bench)), 'content-type': 'application/json' }, body: JSON.stringify({ text: theirs, base: there.revision }),
     })
+    await page.getByText(/^changed by others/).waitFor() // as soon as it is so, and not at the next save
+    await page.getByRole('button', { name: 'Merge…' }).waitFor()
     await page.getByRole('button', { name: 'Save' }).click()
     await page.getByRole('heading', { name: 'Someone else has saved this protocol' }).waitFor()
     await picture(page, 'editor-conflict')

@@ -20,6 +20,11 @@ export interface Conflict {
   theirsRevision: string
 }
 
+/** What somebody else has saved since; null for a file that is gone. */
+export interface Newer {
+  file: { text: string; revision: string; modified: string } | null
+}
+
 function keyOf(name: string): string {
   return `labrun.draft:${name}`
 }
@@ -30,6 +35,7 @@ export function useDocument(name: string) {
   const modified = ref('')
   const draft = shallowRef<Draft | null>(null)
   const conflict = shallowRef<Conflict | null>(null)
+  const newer = shallowRef<Newer | null>(null)
   const saving = ref(false)
   const failure = ref('')
   const text = ref('')
@@ -85,7 +91,31 @@ export function useDocument(name: string) {
     }
   }
 
+  /** Look whether the file has changed since it was read; a server that does not answer says nothing. */
+  async function look(): Promise<void> {
+    const known = revision.value
+    const told = await read(api.GET('/api/v1/protocols/{name}', { params: { path: { name } } })).catch((refusal: unknown) => (refusal instanceof Refused && refusal.status === 404 ? null : undefined))
+    if (told === undefined || saving.value || known !== revision.value) return
+    if (told?.revision === known) newer.value = null
+    else if (newer.value === null || told?.revision !== newer.value.file?.revision) newer.value = { file: told }
+  }
+
+  /** Show their text instead, which is to be written; a conflict if there are changes here. */
+  function takeNewer(): string | null {
+    const theirs = newer.value?.file
+    if (!theirs) return null
+    const now = withoutBreaks(theirs.text)
+    if (dirty.value) {
+      disagree({ base: saved.value, mine: text.value, theirs: now.text, theirsRevision: theirs.revision })
+      return null
+    }
+    breaks = now
+    taken(now.text, theirs.revision, theirs.modified)
+    return now.text
+  }
+
   function taken(now: string, revisionNow: string, at: string): void {
+    newer.value = null
     saved.value = now
     revision.value = revisionNow
     modified.value = at
@@ -96,6 +126,7 @@ export function useDocument(name: string) {
   /** The conflict is resolved: the next save replaces the other's text. */
   function settle(): void {
     if (!conflict.value) return
+    newer.value = null
     revision.value = conflict.value.theirsRevision
     saved.value = conflict.value.theirs
     conflict.value = null
@@ -115,7 +146,7 @@ export function useDocument(name: string) {
     conflict.value = now
   }
 
-  return { saved, revision, modified, draft, conflict, saving, failure, text, dirty, open, save, keep, forget, settle, write, disagree }
+  return { saved, revision, modified, draft, conflict, newer, saving, failure, text, dirty, open, look, takeNewer, save, keep, forget, settle, write, disagree }
 }
 
 export type Document = ReturnType<typeof useDocument>

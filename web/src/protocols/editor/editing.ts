@@ -147,9 +147,13 @@ export function useEditing(first: string, { name, contracts, save, refuse }: Hos
     return here !== undefined
   }
 
-  /** Replace the whole text, as one change that can be undone. */
+  /** Make it this text, as one change that can be undone; what is alike at both ends stays, and the caret in it. */
   function replaceAll(now: string): void {
-    view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: now }, userEvent: 'input.replace', annotations: VISUAL.of(true) })
+    const before = view.state.doc.toString()
+    let [from, to] = [0, 0]
+    while (from < Math.min(before.length, now.length) && before[from] === now[from]) from++
+    while (to < Math.min(before.length, now.length) - from && before.at(-1 - to) === now.at(-1 - to)) to++
+    view.dispatch({ changes: { from, to: before.length - to, insert: now.slice(from, now.length - to) }, userEvent: 'input.replace', annotations: VISUAL.of(true) })
   }
 
   /** The problems of a row: of its own values, and those inside if it is closed. */
