@@ -22,7 +22,7 @@ SUFFIXES = {*TEXT, *OTHER}
 PACKED = ".gz"
 AVASOFT_7 = "a binary file of AvaSoft 7, for which there is no kept reader; export it as text"
 UNREAD = {
-    ".rmd": AVASOFT_7, ".roh": AVASOFT_7, ".rcm": AVASOFT_7,
+    ".rmd": AVASOFT_7, ".roh": AVASOFT_7, ".rcm": AVASOFT_7, ".trm": AVASOFT_7,
     ".spe": "a Princeton file; export it as CSV or HDF5",
     ".procspec": "a file of SpectraSuite's own; export it as text",
     ".wdf": "a Renishaw file; export it as text",

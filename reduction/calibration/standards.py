@@ -27,6 +27,7 @@ ERROR = re.compile(
     r".*(?:±|\+/-|(?<![a-z])(?:err(?:or)?|std(?:ev)?|s\.?d\.?|rsd|sigma|uncert[a-z]*|u\(.*\))(?![a-z])).*",
     re.I,
 )
+BLANKS = str.maketrans("-_", "  ")  # in names of files, which often lose them
 UNIT_ROW = ("", "unit", "units")
 UNKNOWN = ("", "-", "–", "—", "−", "nan", "na", "n/a", "#n/a")
 NONE_SEEN = re.compile(r"[<>~≈].*|n\.? ?d\.?|b\.?d\.?l\.?|lod|trace|tr\.?|none", re.I)
@@ -369,9 +370,12 @@ def spectra_of(standards: Standards, paths: Sequence[Path], name: str) -> dict[s
     nobodys: list[Path] = []
     for path in paths:
         named = [one for one in standards.samples if any(_fits(path, f) for f in one.files)]
-        named = named or [
-            one for one in standards.samples if not one.files and _begins(path.name, one.sample)
-        ]
+        for blanks in ({}, BLANKS):  # as they are written, then any for any
+            named = named or [
+                one
+                for one in standards.samples
+                if not one.files and _begins(path.name, one.sample, blanks)
+            ]
         if len(named) > 1 and not named[0].files:
             named = [max(named, key=lambda one: len(one.sample))]
         if not named:
@@ -398,6 +402,7 @@ def _fits(path: Path, pattern: str) -> bool:
     )  # fmt: skip
 
 
-def _begins(name: str, sample: str) -> bool:
+def _begins(name: str, sample: str, blanks: dict[int, int]) -> bool:
     rest = name[len(sample) :]
-    return name.casefold().startswith(sample.casefold()) and not rest[:1].isalnum()
+    begins = name.casefold().translate(blanks).startswith(sample.casefold().translate(blanks))
+    return begins and not rest[:1].isalnum()

@@ -163,6 +163,14 @@ def test_spectra_belong_to_the_sample_whose_name_they_begin_with_or_whose_patter
     assert found == {"A": paths[:1], "A-1": paths[1:3], "C": paths[3:], "D": []}
 
 
+def test_blanks_hyphens_and_underscores_are_alike_in_names():
+    table = read_standards("sample,Li (ppm)\nNIST 610,1\nA-1,2\nA_1,3\nA,4\n", "s.csv")
+    paths = [Path(p) for p in ("nist_610_2.csv", "A-1.csv", "A_1.csv", "A_2.csv")]
+    found = spectra_of(table, paths, "s.csv")
+
+    assert found == {"NIST 610": paths[:1], "A-1": paths[1:2], "A_1": paths[2:3], "A": paths[3:]}
+
+
 def test_spectra_of_no_sample_or_of_two_are_told():
     table = read_standards("sample,file,Li (ppm)\nA,,1\nB,x*,2\nC,x1*,3\n", "s.csv")
     with pytest.raises(StandardsFault) as fault:
