@@ -30,7 +30,8 @@ def write(folder: Path, place: Path) -> None:
     if even is not None:
         (y, step_y), (x, step_x) = even
         scale = (1.0 / step_x, 1.0 / step_y)
-        described |= {"xorigin": -x / step_x, "yorigin": -y / step_y}  # the pixel at 0, as ImageJ has it
+        # As ImageJ has it: the pixel at 0.
+        described |= {"xorigin": -x / step_x, "yorigin": -y / step_y}
     made = BytesIO()
     tifffile.imwrite(made, pages, imagej=True, resolution=scale, metadata=described)
     with replace_whole(place) as out:

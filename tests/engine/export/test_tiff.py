@@ -56,7 +56,9 @@ def test_each_column_of_a_grid_is_a_page_with_its_name_scale_and_origin(exported
 def test_an_uneven_grid_has_pages_but_no_scale(exported):
     with exported(*(point(x, y, x) for x in (0, 1, 5) for y in (0, 1))) as file:
         assert file.asarray().shape == (2, 2, 3)
-        assert not {"unit", "xorigin", "yorigin"} & {k for k, v in file.imagej_metadata.items() if v}
+        assert not {"unit", "xorigin", "yorigin"} & {
+            k for k, v in file.imagej_metadata.items() if v
+        }
 
 
 def test_points_that_are_no_grid_are_refused_with_the_way_on(exported):
