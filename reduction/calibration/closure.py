@@ -5,8 +5,9 @@ the sample's composition, and all that the sample holds to have lines in the plo
 which a rock's cations bind in a known ratio. An element that is not seen for sure gets an upper limit.
 
 A plasma is not one zone, and not one moment: part of its atoms are in cooler ones, where what ionises
-easily shines far more. How many is not known, so amounts are drawn many times, each time with another
-part, and what is told is the mean, the standard deviation and the quantiles of the draws.
+easily shines far more. How many the lines tell somewhat (`plasma.cool_part`): amounts are drawn many times,
+each part as often as is its odds, and what is told is the mean, the standard deviation and the
+quantiles of the draws.
 
 One standard of the same instrument makes up for what all spectra lack alike, response and transition
 probabilities (one-point calibration: Cavalcanti et al., Spectrochim. Acta B 87, 51 (2013)); there a
@@ -23,6 +24,7 @@ from ..elements.evidence_score import NOT_SEEN
 from ..elements.identify import Identified
 from ..lines.formula import WEIGHT, Closed, with_oxygen
 from ..plasma.boltzmann import CALIBRATION
+from ..plasma.cool_part import cool_parts
 from ..plasma.lithium_share import THICK, UNIFORM, cations
 from ..plasma.strengths import atoms
 from ..reduce import Reduction
@@ -31,10 +33,13 @@ from .calibration import Concentration, OnePoint
 
 NORMAL_95 = 1.96
 MOST_ERROR = 1.5  # of ln(amount): with more an element's amount is not told
-# Part of the atoms that are in a cooler zone: its ends, even in ln, and the zone's temperature and density
-# beside the plot's.
+# Part of the atoms that are in a cooler zone where the lines do not tell it (a response had to be found in
+# them, or a standard is there): its ends, even in ln; the zone's temperature and density beside the plot's.
 COOL_PARTS = np.geomspace(0.005, 0.6, 9)
 COOL_K, COOL_NE = 0.5, 0.3
+# What two zones lack of each ln(amount), as makes errors right on half of the made spectra, of four plasmas
+# (docs/reference/concentrations.md).
+TWO_ZONES = 0.05
 # What a response that had to be found in the same lines leaves of each ln(amount): so many times what the
 # lines scatter beyond their errors, as makes errors right on measured minerals, all of which were seen.
 UNKNOWN_RESPONSE = 1.7
@@ -160,30 +165,22 @@ def concentrations(
     doubtful = counted & ~sure
     counted = sure if sure.any() else counted
     bound = np.array([with_oxygen(name, closed) for name in names])
-    own, unlike = np.hypot(UNIFORM, THICK * told.lost), np.zeros(len(names))
-    heat = np.ptp(told.cool, axis=0) / np.log(COOL_PARTS[-1] / COOL_PARTS[0])
+    own = np.hypot(UNIFORM, THICK * told.lost)
     if found.response is not None:
         own = np.hypot(own, UNKNOWN_RESPONSE * _scatter(found))
-    for k, name in enumerate(names.tolist()):
-        if points and name in points:
-            point = points[name]
-            log_mass[k] += point.log_factor
-            thicker = THICK * (told.lost[k] - point.lost)
-            own[k] = float(np.sqrt(UNIFORM**2 + thicker**2 + point.error**2))
-            if point.standards == 1:  # several show by their scatter what one cannot
-                unlike[k] = UNLIKE * heat[k]
-        elif points:
-            own[k] = np.hypot(own[k], np.std([one.log_factor for one in points.values()]))
-    # A factor's scatter from shot to shot has the plot's own in it.
-    fitted = np.isin(names, list(points or {}), invert=True)
-    covariance = told.covariance * np.outer(fitted, fitted) + np.diag(own**2)
-    covariance += np.outer(unlike, unlike)
+    if points:
+        own, covariance = _by_standards(told, points, own)
+        log_drawn = log_mass + _drawn(covariance)  # a standard's plasma had cooler zones, too
+    elif found.response is not None:  # the same lines told it, and tell the cool part too little
+        covariance = told.covariance + np.diag(own**2)
+        log_drawn = log_mass + _drawn(covariance)
+        log_drawn += np.resize(told.cool, log_drawn.shape)
+    else:
+        log_drawn = _of_two_zones(found)
+        log_mass, covariance = log_drawn.mean(axis=0), np.atleast_2d(np.cov(log_drawn.T))
     counted = _told_well(log_mass + np.log(bound), covariance, counted)
     if not counted.any():
         return {}
-    log_drawn = log_mass + _drawn(covariance)
-    if not points:  # a standard's plasma had cooler zones, too
-        log_drawn += np.resize(told.cool, log_drawn.shape)
     log_whole = np.logaddexp.reduce((log_drawn + np.log(bound))[:, counted], axis=1, keepdims=True)
     parts = 100 * np.exp(np.minimum(log_drawn - log_whole, 0.0))
     flags = _missing(reduction, names[counted])
@@ -200,6 +197,45 @@ def concentrations(
         if (high := float(np.quantile(parts[:, k], 0.975))) < 100:
             said[str(names[k])] = Concentration(None, None, None, high, ("below LOD", "uncertain"))
     return said | _limits(found, said, float(log_whole.mean()), float(own.mean()))
+
+
+def _by_standards(
+    told: _Amounts, points: Mapping[str, OnePoint], own: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """What standards leave of each ln(amount), (n,), and its covariance with the plot's, (n, n); their
+    factors are put into told.log_mass."""
+    own, unlike = own.copy(), np.zeros(len(told.names))
+    heat = np.ptp(told.cool, axis=0) / np.log(COOL_PARTS[-1] / COOL_PARTS[0])
+    for k, name in enumerate(told.names.tolist()):
+        if name in points:
+            point = points[name]
+            told.log_mass[k] += point.log_factor
+            thicker = THICK * (told.lost[k] - point.lost)
+            own[k] = float(np.sqrt(UNIFORM**2 + thicker**2 + point.error**2))
+            if point.standards == 1:  # several show by their scatter what one cannot
+                unlike[k] = UNLIKE * heat[k]
+        else:
+            own[k] = np.hypot(own[k], np.std([one.log_factor for one in points.values()]))
+    # A factor's scatter from shot to shot has the plot's own in it.
+    fitted = np.isin(told.names, list(points), invert=True)
+    covariance = told.covariance * np.outer(fitted, fitted) + np.diag(own**2)
+    return own, covariance + np.outer(unlike, unlike)
+
+
+def _of_two_zones(found: Identified) -> FloatArray:
+    """Draws of ln(mass) of the plot's elements, each cool part as often as is its odds; (DRAWS, n)."""
+    plot, lines = found.plot, found.lines
+    assert plot is not None and lines is not None
+    names = atoms().elements[plot.names]
+    weight = np.log([WEIGHT.get(name, 1.0) for name in names.tolist()])
+    parts = cool_parts(lines, plot)
+    half = (np.arange(DRAWS // 2) + 0.5) / (DRAWS // 2)
+    last = np.searchsorted(np.cumsum([part.odds for part in parts])[:-1], half)
+    which, drawn = np.concatenate([last, last]), np.empty((DRAWS, len(names)))
+    for k in np.unique(which):
+        own_drawn = _drawn(parts[k].covariance + TWO_ZONES**2 * np.eye(len(names)))
+        drawn[which == k] = parts[k].log_scale + own_drawn[which == k]
+    return drawn + weight - _too_bright(found, len(names))
 
 
 def _told_well(log_mass: FloatArray, covariance: FloatArray, counted: BoolArray) -> BoolArray:
