@@ -354,6 +354,17 @@ finally:
     expect(await axe(page)).toEqual([])
 
     await form.getByRole('button', { name: /mm at x 24 y 60/ }).click()
+    await form.getByRole('button', { name: 'Add a point after it' }).click()
+    await form.getByLabel('Its x in mm').press('Control+a')
+    await page.keyboard.type('12,5')
+    await page.keyboard.press('Enter')
+
+    expect(await form.getByLabel('Its x in mm').inputValue()).toBe('12.5')
+    expect(await axe(page)).toEqual([])
+
+    await picture(page, 'outline-points')
+    await form.getByRole('button', { name: 'Leave it out' }).click()
+    await form.getByRole('button', { name: 'Use this outline' }).click()
     await expect.poll(() => textOf(page)).toContain("csv('outline.csv')")
     await page.getByRole('button', { name: 'Preview' }).click()
     await page.getByRole('button', { name: 'Cut them off' }).click()
@@ -636,7 +647,7 @@ finally:
     const device = page.getByRole('region', { name: 'Device detail' })
     await device.locator('summary', { hasText: 'move_to' }).click()
     const form = page.getByRole('form', { name: 'move_to' })
-    await form.getByLabel('x', { exact: true }).fill('33')
+    await form.getByLabel('Its x in mm').fill('33')
     await form.getByRole('button', { name: 'Run' }).click()
     await form.getByRole('button', { name: 'Add to protocol' }).click()
     await page.getByText('will go after “Move to” into byhand.yaml').first().waitFor()
