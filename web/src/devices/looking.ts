@@ -60,7 +60,7 @@ export function useLooking(camera: () => string, place: Readonly<Ref<HTMLElement
   const seen = (): void => void look()
   onMounted(async () => {
     document.addEventListener('visibilitychange', seen)
-    if ('IntersectionObserver' in window && place.value) {
+    if (place.value) {
       sight = new IntersectionObserver(([entry]) => {
         inSight.value = entry?.isIntersecting ?? true
         void look()
