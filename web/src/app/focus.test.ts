@@ -49,6 +49,24 @@ it('comes back to a button that could not be used for a moment', async () => {
   expect(document.activeElement?.textContent).toBe('b')
 })
 
+it('comes back from a dialog to a button that cannot be used yet, and may be gone then', async () => {
+  button('b').focus()
+  document.body.insertAdjacentHTML('beforeend', '<div role="dialog"><button>yes</button></div>')
+  button('yes').focus()
+  button('b').disabled = true
+  button('yes').blur()
+  document.querySelector('[role=dialog]')?.remove()
+  await settled()
+  button('b').disabled = false
+  await settled()
+
+  expect(document.activeElement?.textContent).toBe('b')
+
+  await gone('b')
+
+  expect(document.activeElement?.textContent).toBe('c')
+})
+
 it('stays away when somebody clicked beside everything, and when the whole page is another', async () => {
   button('b').focus()
   document.body.dispatchEvent(new Event('pointerdown', { bubbles: true }))

@@ -1,6 +1,7 @@
 // Keeps the focus: what had it may be removed, or cannot be used for a moment, and the next key would go nowhere.
 
 const FOCUSABLE = 'a[href], button, input, select, textarea, summary, [tabindex="0"]'
+const DIALOG = '[role=dialog]'
 
 /** Where nothing is chosen yet, keys open the list; browsers would take its first entry at once, and then the second. */
 function openList(event: KeyboardEvent): void {
@@ -11,34 +12,56 @@ function openList(event: KeyboardEvent): void {
   list.showPicker()
 }
 
+interface Place {
+  at: HTMLElement
+  /** Its parents within the page or the dialog, and which of their children it was in. */
+  stood: { parent: Element; index: number }[]
+}
+
+/** Go back there, or to what stands there now; false if nothing does. */
+function goBack({ at, stood }: Place): boolean {
+  at.focus({ preventScroll: true }) // in vain while it is disabled
+  if (at.isConnected) return true
+  for (const { parent, index } of stood) {
+    if (!parent.isConnected) continue
+    const here = parent.children[Math.min(index, parent.children.length - 1)]
+    const next = here === undefined ? [] : [here, ...here.querySelectorAll(FOCUSABLE), ...parent.querySelectorAll(FOCUSABLE)]
+    const to = next.find((one): one is HTMLElement => one instanceof HTMLElement && one.matches(FOCUSABLE) && !one.matches(':disabled, .unseen'))
+    if (to === undefined) continue
+    to.focus({ preventScroll: true })
+    return true
+  }
+  return false
+}
+
 /** Begin; returns the function that ends it. */
 export function keepFocus(): () => void {
-  let last: HTMLElement | null = null
-  /** Where it stood: its parents within the page or the dialog, and which of their children it was in. */
-  let stood: { parent: Element; index: number }[] = []
+  let inPage: Place | null = null
+  let inDialog: Place | null = null
 
   function focused({ target }: FocusEvent): void {
     if (!(target instanceof HTMLElement)) return
-    last = target
-    stood = []
+    // Who works by mouse does not look for it: a space bar is to scroll, and not to press what is there now.
+    if (!target.matches(':focus-visible')) return forget(target)
+    const stood: Place['stood'] = []
     for (let at: Element = target; at.parentElement !== null && !at.parentElement.matches('#main, body'); at = at.parentElement)
       stood.push({ parent: at.parentElement, index: [...at.parentElement.children].indexOf(at) })
+    const place = { at: target, stood }
+    if (target.closest(DIALOG) !== null) inDialog = place
+    else [inPage, inDialog] = [place, null]
   }
 
   function look(): void {
-    if (last === null || document.activeElement !== document.body) return
-    if (last.isConnected) return last.focus({ preventScroll: true }) // in vain while it is disabled
-    for (const { parent, index } of stood) {
-      if (!parent.isConnected) continue
-      const here = parent.children[Math.min(index, parent.children.length - 1)]
-      const next = here === undefined ? [] : [here, ...here.querySelectorAll(FOCUSABLE), ...parent.querySelectorAll(FOCUSABLE)]
-      const to = next.find((one): one is HTMLElement => one instanceof HTMLElement && one.matches(FOCUSABLE) && !one.matches(':disabled, .unseen'))
-      if (to !== undefined) return to.focus({ preventScroll: true })
-    }
+    if (document.activeElement !== document.body || (inDialog !== null && goBack(inDialog))) return
+    if (inPage !== null && document.querySelector(DIALOG) === null) goBack(inPage)
   }
 
+  function forget(target: EventTarget | null): void {
+    inDialog = null
+    if (target instanceof Element && target.closest(DIALOG) === null) inPage = null
+  }
   /** A click beside everything takes it away on purpose. */
-  const pressed = (): void => void (last = null)
+  const pressed = ({ target }: Event): void => { forget(target) }
   const watching = new MutationObserver(look)
   watching.observe(document.body, { subtree: true, childList: true, attributeFilter: ['disabled'] })
   document.addEventListener('focusin', focused)
