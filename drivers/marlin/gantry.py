@@ -21,6 +21,7 @@ CLOSED_S = 0.3
 """How long the port stays closed, so that the board notices."""
 LOOK_S = 0.05
 BROKEN_OFF_S = 3.0
+ABSOLUTE = "G90"
 STAYS_ON = "M84 S0"
 """It lets go of its motors after two minutes otherwise, and goes on trusting its position."""
 
@@ -52,7 +53,7 @@ class Marlin(FedGantry):
             capabilities = await link.ask("M115")
             told = [*await link.ask("M503"), *await link.ask("M211")]
             self.machine = read_machine(told, capabilities)
-            for line in ("G21", "G90", STAYS_ON, "M220 S100"):
+            for line in ("G21", ABSOLUTE, STAYS_ON, "M220 S100"):
                 with contextlib.suppress(NotThere):  # a build without inches has no G21
                     await link.ask(line)
             await self._still()
@@ -95,8 +96,7 @@ class Marlin(FedGantry):
             if faults := [line for line in told if "fail" in line.lower()]:
                 raise HomingFailed(f"it said `{faults[0]}`")
             await self._still()
-            for line in ("G90", STAYS_ON):
-                await link.ask(line)
+            await link.ask(STAYS_ON)
             link.homed, link.alarm = True, ""
 
     async def _break_off(self) -> None:
@@ -137,12 +137,15 @@ class Marlin(FedGantry):
         finally:
             self._keep()
 
-    async def _look(self) -> None:
-        if not self.link.halted:
-            self._engaged = read_pins(await self.link.ask("M119"))
+    async def _look(self) -> Point | None:
+        if self.link.halted:
+            return None
+        await self.link.ask(ABSOLUTE)  # a file on its card, or its screen, may have changed that
+        return await self._machine()
 
     async def _finish(self) -> None:
         await self.link.ask("M400")
+        self._engaged = read_pins(await self.link.ask("M119"))
 
     async def _machine(self) -> Point:
         place = read_place(await self.link.ask("M114"))

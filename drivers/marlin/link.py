@@ -1,7 +1,8 @@
 """Talk to Marlin: numbered lines, one at a time, each answered before the next is sent.
 
 Every line has a number and a checksum, so that one whose answer was lost in noise is sent again and
-is still carried out once: Marlin answers a number that it has had by asking for the one after it.
+is still carried out once: Marlin answers a number that it has had by asking for the one after it, and
+since 2.1 not at all. So an echo is asked for behind it, which comes when it was had.
 """
 
 import asyncio
@@ -17,6 +18,7 @@ SILENCE_S = 5.0
 """Marlin says `busy: processing` every two seconds as long as it works on a line."""
 TRIES = 2
 BOOTED = "start"
+ECHO = "labrun asks"
 RESEND = re.compile(r"(?:Resend:|rs)\s*N?(\d+)")
 UNKNOWN = "Unknown command:"
 STOPPED = re.compile(r"kill\(\) called|Printer halted|stopped due to errors", re.IGNORECASE)
@@ -53,6 +55,7 @@ class Link:
         self._told: list[str] = []
         self._answer: asyncio.Future[None] | None = None
         self._swallow = 0
+        self._echo_for: asyncio.Future[None] | None = None
         self._turn = asyncio.Lock()
         self._heard_at = 0.0
         self._asked_boot = False
@@ -110,8 +113,11 @@ class Link:
 
     async def _answered(self, answer: "asyncio.Future[None]", *, again: bool) -> None:
         clock = asyncio.get_running_loop().time
-        for _ in range(TRIES if again else 1):
+        for tried in range(TRIES if again else 1):
             self.port.write(self._line.encode("ascii") + b"\n")
+            if tried:
+                self._echo_for = answer
+                self.port.write(f"M118 {ECHO}\n".encode("ascii"))
             self._heard_at = clock()
             while (left := self._heard_at + SILENCE_S - clock()) > 0:
                 await asyncio.wait({answer}, timeout=left)
@@ -146,6 +152,9 @@ class Link:
         self.heard.append(line[:80])
         if line == BOOTED:
             self._booted()
+        elif line == ECHO:  # its `ok` follows
+            if self._answer is None or self._answer.done() or self._answer is not self._echo_for:
+                self._swallow += 1
         elif found := RESEND.match(line):
             self._again(int(found[1]))
         elif line.startswith("Error:"):

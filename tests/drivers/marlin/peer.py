@@ -1,7 +1,8 @@
-"""A Marlin on a pseudo-terminal, as its 2.0.9.7 was seen to behave.
+"""A Marlin on a pseudo-terminal, as its 2.0.9.7 and 2.1 (January 2023) were seen to behave.
 
 Opening its port boots it, and what comes before its `start` is lost; it keeps four lines that
-wait, no more; lines have numbers and checksums, and a wrong one is asked for again; `ok` to a move
+wait, no more; lines have numbers and checksums, and a wrong one is asked for again, but one that it
+has had, 2.1 (`silent_on_repeats`) drops without a word; `ok` to a move
 means that it is planned, and waits while sixteen are; M114 tells the end of what is planned, not
 where the axes are; nothing is read while it homes or waits for standstill, except by an emergency
 parser; after M112, or a homing that found no switch, it answers nothing until it is reset.
@@ -37,6 +38,7 @@ class Peer:
         self.surface = None
         self.homing_fails = False
         self.eats_ok_of = None
+        self.silent_on_repeats = False
         self.garbles = None  # a word: the next line with it arrives damaged
         self._ends = threading.Event()
         self.plug()
@@ -143,6 +145,8 @@ class Peer:
             number, check = int(found[1]), 0
             for byte in text[: text.rindex("*")].encode():
                 check ^= byte
+            if self.silent_on_repeats and number in (self.number - 1, self.number):
+                return
             if check != int(found[3]) or number != self.number + 1:
                 wrong = (
                     "Line Number is not Last Line Number+1"
@@ -174,8 +178,10 @@ class Peer:
         words = {name: float(value) for name, value in WORD.findall(text[len(code) :])}
         match code:
             case "G0" | "G1":
+                base = self.told if self.relative else (0, 0, 0)
                 end = [
-                    self.told[i] if (w := words.get(a)) is None else w for i, a in enumerate("XYZ")
+                    self.told[i] if (w := words.get(a)) is None else base[i] + w
+                    for i, a in enumerate("XYZ")
                 ]
                 speed = words.get("F", 0) / 60 * self.percent / 100
 
@@ -224,7 +230,11 @@ class Peer:
                 self.percent = words.get("S", self.percent)
                 if "S" not in words:
                     self.say(f"FR:{self.percent:.0f}%")
-            case "G90" | "M84" | "M3" | "M5":
+            case "M118":
+                self.say(text.partition(" ")[2])
+            case "G90" | "G91":
+                self.relative = code == "G91"
+            case "M84" | "M3" | "M5":
                 pass
             case _:
                 self.say(f'echo:Unknown command: "{text}"')

@@ -62,8 +62,12 @@ def test_a_hold_brakes_and_resume_goes_on(peers, gantry):
     assert end["x"] == 40 and at(peer)[0] == 40
 
 
-def test_a_line_whose_answer_or_text_was_lost_is_carried_out_once(peers, gantry, monkeypatch):
+@pytest.mark.parametrize("version", ["2.0", "2.1"])
+def test_a_line_whose_answer_or_text_was_lost_is_carried_out_once(
+    peers, gantry, monkeypatch, version
+):
     peer = peers()
+    peer.silent_on_repeats = version == "2.1"
 
     async def story(driver):
         await driver.home(GoalContext("h"))
@@ -72,11 +76,13 @@ def test_a_line_whose_answer_or_text_was_lost_is_carried_out_once(peers, gantry,
         await driver.move_to(GoalContext("1"), x=11)
         peer.garbles = "X12"
         await driver.jog(GoalContext("2"), axis="x", distance=1)
+        peer.relative = True  # a file on its card said so
+        await driver.move_to(GoalContext("3"), x=14, z=90)
         return await driver.status()
 
     status = played(gantry(peer), story)
 
-    assert status["x"] == 12 and at(peer)[0] == 12
+    assert status["x"] == 14 and at(peer)[0] == 14 and not status["pins"]
 
 
 def test_homing_that_finds_no_switch_halts_marlin_and_unlock_restarts_it(peers, gantry):
