@@ -2,7 +2,10 @@
 
 import asyncio
 import re
+from contextlib import suppress
+from dataclasses import replace
 
+from ..motion.bench import LETTERS
 from ..motion.faults import MotionFault, Refused, Silent
 from .controller import ASK, Controller
 from .settings import Settings
@@ -12,6 +15,7 @@ REPORT_S = 1.0
 RESET_S = 2.0
 OPTIONS_S = 2.0
 VERSION = re.compile(r"\[VER:(?:.*(?P<fluid>FluidNC [^\s:\]]+)|(?P<grbl>[^:\]]+))")
+PLACE = re.compile(r"/axes/\w/homing/mpos_mm=(-?\d+(?:\.\d+)?)")
 OFFSET_LOOKS = 40  # the offset comes with every tenth to thirtieth report
 
 
@@ -24,6 +28,8 @@ async def reach(controller: Controller, boot_s: float) -> None:
         _check_age(controller)
         lines = await controller.ask("$$")
         settings = Settings.read(lines, await _options(controller))
+        if "FluidNC" in controller.firmware:
+            settings = replace(settings, homes_at=await _homes_at(controller, settings.axes))
         if settings.unfit:
             raise OSError(f"{controller.port.name}: {settings.unfit}")
         controller.configure(settings)
@@ -78,6 +84,16 @@ async def _options(controller: Controller) -> str:
         # By telnet or WebSocket, and on many boards' own USB, it does not boot, and says no banner.
         controller.firmware = found["fluid"] or f"Grbl {found['grbl']}"
     return next((text.split(",")[0] for text in told if "," in text), "")
+
+
+async def _homes_at(controller: Controller, axes: int) -> dict[int, float]:
+    """Where FluidNC's axes are after homing; one that does not home is left out."""
+    places: dict[int, float] = {}
+    for axis in range(axes):
+        with suppress(Refused, StopIteration):
+            told = await controller.ask(f"$/axes/{LETTERS[axis].lower()}/homing/mpos_mm")
+            places[axis] = next(float(found[1]) for one in told if (found := PLACE.fullmatch(one)))
+    return places
 
 
 async def _learn_offset(controller: Controller) -> None:

@@ -236,7 +236,7 @@ class Controller:
             case "ok" if self._in_flight:
                 self._settle(None)
             case "error" if self._in_flight:
-                self._settle(GrblRefused(said.code))
+                self._settle(GrblRefused(said.code, self.firmware))
             case "report":
                 self._hear_report(said.text)
             case "alarm":
@@ -275,10 +275,10 @@ class Controller:
 
     def _hear_alarm(self, code: int) -> None:
         # An `ok` that comes after this is not a success: nothing waits for it any more.
-        self.alarm, self.homed = alarm_words(code), False
+        self.alarm, self.homed = alarm_words(code, self.firmware), False
         if self.contact is not Contact.WANTS_RESET:
             self.contact = Contact.ALARMED
-        self._fail(Alarmed(code))
+        self._fail(Alarmed(code, self.firmware))
         self.on_alarm()
 
     def _hear_boot(self, firmware: str) -> None:

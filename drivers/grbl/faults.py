@@ -8,8 +8,8 @@ from .messages import alarm_words, error_words
 class GrblRefused(Refused):
     """`error:N`: the line was not accepted."""
 
-    def __init__(self, code: int) -> None:
-        super().__init__(f"it answered {error_words(code)}")
+    def __init__(self, code: int, firmware: str = "") -> None:
+        super().__init__(f"it answered {error_words(code, firmware)}")
         self.code = code
         self.error = "SoftLimit" if code == 15 else "Alarm"
 
@@ -17,8 +17,8 @@ class GrblRefused(Refused):
 class Alarmed(MotionFault):
     """`ALARM:N` while a line was being executed."""
 
-    def __init__(self, code: int) -> None:
-        super().__init__(f"it answered {alarm_words(code)}")
+    def __init__(self, code: int, firmware: str = "") -> None:
+        super().__init__(f"it answered {alarm_words(code, firmware)}")
         self.code = code
 
 

@@ -1,6 +1,6 @@
 """The meaning of GRBL's error and alarm numbers, each with what to do.
 
-From the list of GRBL 1.1 (doc/csv of the firmware); the numbers above it are grblHAL's.
+From the list of GRBL 1.1 (doc/csv of the firmware); the numbers above it are grblHAL's, or FluidNC's.
 """
 
 ERRORS: dict[int, str] = {
@@ -94,11 +94,42 @@ ALARMS: dict[int, str] = {
 }
 
 
-def error_words(code: int) -> str:
+COMMON_ERRORS, COMMON_ALARMS = 38, 9
+"""Up to these numbers grblHAL and FluidNC mean the same as GRBL."""
+
+FLUIDNC_ERRORS: dict[int, str] = {
+    39: "a parameter's number is out of range",
+    40: "a limit switch or control input is engaged: release it",
+    110: "it wants a password, or this user may not do that",
+    120: "another connection is running a file on it",
+    130: "the jog was cancelled",
+    151: "its configuration cannot be changed so while it runs",
+    152: "its configuration is invalid: its start-up messages (`$SS`) say what",
+    162: "the setting cannot be changed",
+}
+
+FLUIDNC_ALARMS: dict[int, str] = {
+    10: "the spindle did not answer",
+    11: "a limit switch or control input was engaged when it started. Release it, unlock, home",
+    12: "more than one limit switch was engaged. Move off them by hand, home",
+    13: "the probe stopped it. See what it touches, unlock, home",
+    14: "it must be homed. Home it",
+    15: "it has just started. Home it",
+    16: "a board of more inputs and outputs restarted. Home it",
+    17: "a line of a file or macro on it failed. Unlock, and home",
+    18: "the probe touched where nothing was to be probed. See what it touches, unlock, home",
+}
+
+
+def error_words(code: int, firmware: str = "") -> str:
     """`error:9` with its meaning."""
-    return f"error:{code} ({ERRORS.get(code, 'a number that labrun does not know')})"
+    own = "FluidNC" in firmware and code > COMMON_ERRORS
+    known = FLUIDNC_ERRORS if own else ERRORS
+    return f"error:{code} ({known.get(code, 'a number that labrun does not know')})"
 
 
-def alarm_words(code: int) -> str:
+def alarm_words(code: int, firmware: str = "") -> str:
     """`ALARM:1` with its meaning and what to do."""
-    return f"ALARM:{code}: {ALARMS.get(code, 'a number that labrun does not know')}"
+    own = "FluidNC" in firmware and code > COMMON_ALARMS
+    known = FLUIDNC_ALARMS if own else ALARMS
+    return f"ALARM:{code}: {known.get(code, 'a number that labrun does not know')}"

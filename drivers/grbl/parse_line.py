@@ -29,7 +29,7 @@ PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
     ("options", re.compile(r"\[OPT:(.*)\]$")),
     ("probe", re.compile(r"\[PRB:(.*)\]$")),
     ("modes", re.compile(r"\[GC:(.*)\]$")),
-    ("setting", re.compile(r"^\$(\d+=\S+)")),
+    ("setting", re.compile(r"^\$((?:\d+|/axes/\S+)=\S+)")),
     # Noise may precede the `ok`; a text that ends so by chance contains a mark of its own kind.
     ("ok", re.compile(r"^[^|:=]*(ok)$")),
 )

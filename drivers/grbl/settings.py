@@ -11,11 +11,13 @@ class Settings:
     """Read once after every boot. Lengths in mm, rates in mm/min, accelerations in mm/s2.
 
     Settings that a controller does not report are assumed to be GRBL's defaults. `options` are the
-    letters of `[OPT:...]` in the answer to `$I`: the firmware's build options.
+    letters of `[OPT:...]` in the answer to `$I`: the firmware's build options. `homes_at` is FluidNC's:
+    where each axis (0, 1, 2) is after homing, by its own scale.
     """
 
     values: dict[int, float] = field(default_factory=dict)
     options: str = ""
+    homes_at: dict[int, float] | None = None
 
     @classmethod
     def read(cls, lines: list[str], options: str = "") -> "Settings":
@@ -107,12 +109,17 @@ class Settings:
         """From the minus end to the plus end of each axis, less the pull-off at the switch's end.
 
         GRBL's machine space is negative (0 is at the plus end, -travel at the minus end), whichever
-        way it homes; only firmware built that way has its 0 where it homes.
+        way it homes; only firmware built that way has its 0 where it homes. FluidNC's goes on from
+        its place after homing; an axis that does not home is at -travel to 0.
         """
         return tuple(self._range(axis) for axis in range(self.axes))
 
     def _range(self, axis: int) -> tuple[float, float]:
         travel, off = self.travel[axis], self.pull_off
+        if self.homes_at is not None:
+            at = self.homes_at.get(axis, 0.0)
+            minus = axis in self.homes_at and self.homes_to_minus(axis)
+            return (at, at + travel) if minus else (at - travel, at)
         if self.zero_where_homed:
             return (0.0, travel - off) if self.homes_to_minus(axis) else (off - travel, 0.0)
         return (-travel + off, 0.0) if self.homes_to_minus(axis) else (-travel, -off)

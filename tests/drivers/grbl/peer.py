@@ -40,6 +40,7 @@ class Peer:
         speed=20.0,
         hal=False,
         fluid=False,
+        homes_at=(0.0, 0.0, 0.0),
         boots_on_open=True,
         noise=None,
         settings=None,
@@ -67,6 +68,7 @@ class Peer:
         self.emergency = False  # pressed; grblHAL obeys no reset as long as it is
         self.startup = []  # what its start-up lines say, after a boot and after homing
         self.zero_where_homed = False  # built with HOMING_FORCE_SET_ORIGIN
+        self.homes_at = homes_at  # FluidNC's mpos_mm: from there each axis has its travel
         self.offset = [0.0, 0.0, 0.0]
         self.surface = None  # machine Z at which the probe touches
         self.probes_half = False  # it ends half way, as real firmware whose step buffer ran dry
@@ -189,8 +191,8 @@ class Peer:
         if self._ready_at <= now and self._ready_at:
             self._ready_at = 0
             if self.boots_on_open or self._late_banner:
-                self._late_banner = False
-                self._banner()
+                powered, self._late_banner = not self._late_banner, False
+                self._banner(powered=powered)
         if self._ready_at:
             return
         if self.dead_at is not None and not self.reset_allowed and now >= self.dead_at + SWALLOW_S:
@@ -201,13 +203,17 @@ class Peer:
         self._drive(now)
         self._parse()
 
-    def _banner(self):
+    def _banner(self, *, powered=False):
         hint = "'$' or '$HELP'" if self.hal else "'$'"
         if self.fluid:
             self.say("\r\nGrbl 4.0 [FluidNC v4.0.5 (wifi) '$' for help]")
         else:
             self.say(f"\r\n{'GrblHAL 1.1f' if self.hal else 'Grbl 1.1h'} [{hint} for help]")
-        if self.state == "Alarm":
+        if self.state == "Alarm" and self.fluid:
+            if powered:
+                self.say("[MSG:INFO: ALARM: Unhomed]")
+                self.say("ALARM:14")
+        elif self.state == "Alarm":
             self.say("[MSG:'$H'|'$X' to unlock]")
         else:
             self._start_up()
@@ -465,8 +471,14 @@ class Peer:
         return True
 
     def _dollar(self, line, text):
-        if line in ("$$", "$H", "$I", "$SLP") and self.state not in ("Idle", "Alarm"):
+        waits = line in ("$$", "$H", "$I", "$SLP") or re.match(r"\$\d+=", line)
+        if waits and self.state not in ("Idle", "Alarm"):
             return self.say("error:8")
+        if self.fluid and (found := re.fullmatch(r"\$/AXES/(\w)/HOMING/MPOS_MM", line)):
+            if found[1] not in AXES:
+                return self.say("error:3")
+            self.say(f"{text}={self.homes_at[AXES.index(found[1])]:.3f}")
+            return self._ok(text)
         if line == "$$":
             for number, value in self.settings.items():
                 whole = isinstance(value, int)
@@ -531,6 +543,7 @@ class Peer:
             plus = not int(self.settings[23]) >> i & 1
             travel, off = self.settings[130 + i], self.settings[27]
             place = 0.0 if self.zero_where_homed else -off if plus else -(travel - off)
+            place = self.homes_at[i] if self.fluid else place
             self.steps[i] = math.floor(place * self.settings[100 + i])
         self.target = list(self.steps)
         self.stands.append((time.time(), self.place))
@@ -566,8 +579,10 @@ class Peer:
 
     def _in_travel(self, target):
         for i, place in enumerate(target):
-            to_plus = self.zero_where_homed and int(self.settings[23]) >> i & 1
-            if not 0 <= (place if to_plus else -place) <= self.settings[130 + i]:
+            to_plus = (self.zero_where_homed or self.fluid) and int(self.settings[23]) >> i & 1
+            slop = 1 / self.settings[100 + i] if self.fluid else 0
+            place -= self.homes_at[i] if self.fluid else 0
+            if not -slop <= (place if to_plus else -place) <= self.settings[130 + i] + slop:
                 return False
         return True
 

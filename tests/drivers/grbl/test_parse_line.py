@@ -2,6 +2,7 @@
 
 import pytest
 
+from labrun.drivers.grbl.messages import alarm_words, error_words
 from labrun.drivers.grbl.parse_line import Lines, understand
 
 
@@ -56,3 +57,12 @@ def test_noise_without_an_end_does_not_fill_the_memory():
     assert len(lines.rest) <= 1024
     assert lines.cut(b"\nok\n") == ["ok"]
     assert lines.unreadable == 5000
+
+
+def test_numbers_above_grbls_own_mean_what_the_firmware_says():
+    fluid = "Grbl 4.0 FluidNC v4.0.5"
+
+    assert alarm_words(14) == "ALARM:14: the spindle did not answer"
+    assert alarm_words(14, fluid) == "ALARM:14: it must be homed. Home it"
+    assert "password" in error_words(110, fluid) and "password" in error_words(77)
+    assert (alarm_words(2, fluid), error_words(9, fluid)) == (alarm_words(2), error_words(9))
