@@ -20,6 +20,7 @@ from ..analyser.spectrum_store import SpectrumStore
 from ..driver import ActionFailed, Driver, GoalContext, Place
 from ..find import DriverFault
 from ..window_program.buttons import Buttons, ButtonsFault, read_buttons
+from ..window_program.desktop import window_on_screen
 from ..window_program.faults import failure_of, put_picture
 from ..window_program.program import NoScreen, NotClicked, Program, Seen, Trouble
 from .exports import Exports
@@ -49,7 +50,8 @@ class SciapsGui(Driver):
         except ButtonsFault as fault:
             raise DriverFault(str(fault)) from fault
         self._cache = Cache(self.settings.cache, self.settings.cache_entry)
-        self.alone = f"the analyser's program with its shots in {self.settings.cache}"
+        self._title = self._buttons.title if self.settings.title is None else self.settings.title
+        self.alone = window_on_screen(self._title)
         self._spectra_kept = SpectrumStore(place.folder / "spectra")
         self._program: Program | None = None
         self._measuring = False
@@ -57,8 +59,7 @@ class SciapsGui(Driver):
     async def open(self) -> None:
         await see_that_it_is_there("cache", SharedFolder(self.settings.cache))
         await see_that_it_is_there("exports", SharedFolder(self.settings.exports))
-        title = self._buttons.title if self.settings.title is None else self.settings.title
-        self._program = await asyncio.to_thread(Program, self._buttons, title)
+        self._program = await asyncio.to_thread(Program, self._buttons, self._title)
         self._shot_log = ShotLog(self.place.folder / "shots.sqlite")
         self._exporting = Exporting(
             self.place.device, self._shot_log, self._spectra_kept, self.settings.channels
@@ -377,6 +378,6 @@ class SciapsGui(Driver):
         return await asyncio.to_thread(put_picture, view, self.place.folder / "seen")
 
     def failed(self, asked: str, error: str, words: str, happened: Any) -> ActionFailed:
-        title = self.settings.title or self._buttons.title or "the screen"
+        title = self._title or "the screen"
         where = f"{self.place.device} (the program {title!r}), asked to {asked}"
         return ActionFailed(error, f"{where}: {words}", happened)

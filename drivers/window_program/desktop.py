@@ -1,5 +1,7 @@
 """The desktop of this machine: X11 or Windows."""
 
+import os
+import re
 import sys
 
 from .controls import Controls
@@ -16,6 +18,13 @@ def open_windows() -> Windows:
     from .windows_x11 import X11Windows
 
     return X11Windows()
+
+
+def window_on_screen(title: str) -> str:
+    """What one device server at a time may work: the windows so called, on this screen."""
+    screen = os.environ.get("DISPLAY") or os.environ.get("SESSIONNAME", "")
+    words = f"the window {title!r} on the screen" if title else "the screen"
+    return f"{words} {re.sub(r'[.]0$', '', screen)}".rstrip()
 
 
 def open_input() -> Input:

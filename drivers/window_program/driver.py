@@ -21,6 +21,7 @@ from ..find import DriverFault
 from .buttons import ButtonsFault, read_buttons
 from .config import ActionSteps, Proof, read_config
 from .controls import Control
+from .desktop import window_on_screen
 from .faults import failure_of, put_picture
 from .program import NoScreen, NotClicked, Program, Trouble
 
@@ -47,6 +48,8 @@ class WindowProgram(Driver):
         except (ValueError, ButtonsFault) as fault:
             raise DriverFault(str(fault)) from fault
         self._check_buttons()
+        self._title = self._buttons.title if self.settings.title is None else self.settings.title
+        self.alone = window_on_screen(self._title)
         self._program: Program | None = None
         for name in place.contract.actions:
             setattr(self, name, functools.partial(self._do, name))
@@ -82,8 +85,7 @@ class WindowProgram(Driver):
             if one.proof is not None and one.proof.new is not None and "{" not in one.proof.new:
                 word = f"actions.{name}.proof.new"
                 await see_that_it_is_there(word, SharedFolder(one.proof.new))
-        title = self._buttons.title if self.settings.title is None else self.settings.title
-        self._program = await asyncio.to_thread(Program, self._buttons, title)
+        self._program = await asyncio.to_thread(Program, self._buttons, self._title)
         self._log = ShotLog(self.place.folder / "clicks.sqlite")
 
     async def close(self) -> None:
@@ -307,7 +309,7 @@ class WindowProgram(Driver):
     def _failed(self, asked: str, error: str, words: str, happened: Any) -> ActionFailed:
         known = self.contract_kept.actions[asked].errors
         name = error if error in known or error in RESERVED_ERRORS else "Rejected"
-        title = self.settings.title or self._buttons.title or "the screen"
+        title = self._title or "the screen"
         return ActionFailed(
             name,
             f"{self.place.device} (the program {title!r}), asked to {asked}: {words}",

@@ -8,6 +8,7 @@ from ruamel.yaml import YAML
 from labrun.drivers.driver import ActionFailed, GoalContext, Place
 from labrun.drivers.find import DriverFault
 from labrun.drivers.sciaps_gui.driver import SciapsGui
+from labrun.drivers.server.alone import alone_with
 from labrun.drivers.window_program.buttons import ButtonsFault, read_buttons
 from labrun.drivers.window_program.controls import Control
 from labrun.drivers.window_program.controls_uia import UiaControls
@@ -138,6 +139,26 @@ def test_what_is_wrong_with_a_button_by_name(tmp_path, written, words):
 
     with pytest.raises(ButtonsFault, match=words):
         read_buttons(tmp_path, needed=())
+
+
+def test_one_device_server_at_a_time_works_a_window(tmp_path, monkeypatch):
+    (tmp_path / "buttons.yaml").write_text(NAMES)
+    step = {"steps": [{"click": "measure"}], "proof": {"title": "Done"}}
+    config = {"buttons": str(tmp_path), "actions": {"fire": step, "save": step}}
+
+    def recorder(screen, **other):
+        monkeypatch.setenv("DISPLAY", screen)
+        place = Place("rec", config | other, {}, tmp_path, tmp_path, contract=CONTRACT)
+        return WindowProgram(place).alone
+
+    mine = recorder(f":9{tmp_path.name}")
+    folders = {name: str(tmp_path) for name in ("buttons", "cache", "exports")}
+    analyser = SciapsGui(Place("libs", folders, {}, tmp_path, tmp_path)).alone
+
+    assert mine == recorder(f":9{tmp_path.name}.0") == analyser
+    assert len({mine, recorder(":8"), recorder(f":9{tmp_path.name}", title="Other")}) == 3
+    with alone_with(mine), pytest.raises(OSError, match=r"on the screen :9.* has a device server"):
+        alone_with(analyser)
 
 
 def test_only_a_controls_text_can_be_read(tmp_path):
