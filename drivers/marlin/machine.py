@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from ..motion.bench import Point
 
 AXES = "XYZ"
+PLACE = re.compile(r"\s*".join(f"{axis}:\\s*(?P<{axis}>-?\\d+\\.\\d+)" for axis in AXES))
 WORD = re.compile(r"([A-Z])\s*:?\s*(-?\d+(?:\.\d+)?)")
 
 
@@ -56,12 +57,12 @@ def read_machine(told: Iterable[str], capabilities: Iterable[str]) -> Machine:
 
 
 def read_place(told: Sequence[str]) -> Point | None:
-    """The position in an answer to M114, in mm; None if there is none."""
-    for line in told:
-        found = _words(line.partition("Count")[0])
-        if line.startswith("X:") and set(AXES) <= set(found):
-            return tuple(found[axis] for axis in AXES)
-    return None
+    """The position in an answer to M114, in mm; None if there is none.
+
+    The steps that follow it bear the same letters, and noise may have eaten the word between them.
+    """
+    places = (PLACE.match(line) for line in told)
+    return next((tuple(float(found[axis]) for axis in AXES) for found in places if found), None)
 
 
 def read_pins(told: Iterable[str]) -> str:

@@ -8,6 +8,7 @@ import pytest
 from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext, Place
 from labrun.drivers.grbl.gantry import Grbl
 from labrun.drivers.marlin import link
+from labrun.drivers.marlin.machine import read_place
 from labrun.drivers.motion import fed_gantry
 
 from ..played import played
@@ -15,6 +16,19 @@ from ..played import played
 
 def at(peer):
     return [round(value, 3) for value in peer.place]
+
+
+@pytest.mark.parametrize(
+    ("told", "place"),
+    [
+        ("X:5.00 Y:-20.00 Z:0.20 E:0.00 Count X:100 Y:-400 Z:10", (5.0, -20.0, 0.2)),
+        ("X:5.00 Y:-20.00 Z:0.20 E:0.00 ount X:100 Y:-400 Z:10", (5.0, -20.0, 0.2)),
+        ("X:5.00 :-20.00 Z:0.20 E:0.00 Count X:100 Y:-400 Z:10", None),
+        ("echo:busy: processing", None),
+    ],
+)
+def test_the_steps_in_its_answer_are_no_place(told, place):
+    assert read_place([told]) == place
 
 
 def test_a_stop_ends_the_move_where_its_pieces_end_and_the_position_is_still_true(peers, gantry):
