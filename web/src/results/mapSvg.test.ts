@@ -18,4 +18,5 @@ test('a map as SVG has a rectangle for each measured cell, axes with units, and 
 
 test('CSV has its commas and quotes in quotes, and holes empty', () => {
   expect(csv(['key', 'Li'], [['0,0', 1.5], ['a"b', NaN]])).toBe('key,Li\r\n"0,0",1.5\r\n"a""b",\r\n')
+  expect(csv(['a'], [[Math.fround(0.1)], [Math.fround(670.7758)], [16_777_213], [0.1 + 0.2]])).toBe('a\r\n0.1\r\n670.7758\r\n16777213\r\n0.30000000000000004\r\n')
 })
