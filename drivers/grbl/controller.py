@@ -11,7 +11,7 @@ from ..serial_io.any_port import lost_words, open_port
 from ..serial_io.condition import Condition
 from ..serial_io.open_port import OpenPort
 from .faults import Alarmed, GrblRefused
-from .messages import alarm_words
+from .messages import alarm_words, is_unhomed
 from .parse_line import Lines, ParsedLine, understand
 from .report import Report, ReportReader
 from .settings import Settings
@@ -274,8 +274,10 @@ class Controller:
             self.on_report()
 
     def _hear_alarm(self, code: int) -> None:
-        # An `ok` that comes after this is not a success: nothing waits for it any more.
         self.alarm, self.homed = alarm_words(code, self.firmware), False
+        if is_unhomed(code, self.firmware):
+            return
+        # An `ok` that comes after this is not a success: nothing waits for it any more.
         if self.contact is not Contact.WANTS_RESET:
             self.contact = Contact.ALARMED
         self._fail(Alarmed(code, self.firmware))

@@ -108,12 +108,13 @@ FLUIDNC_ERRORS: dict[int, str] = {
     162: "the setting cannot be changed",
 }
 
+UNHOMED = 14
 FLUIDNC_ALARMS: dict[int, str] = {
     10: "the spindle did not answer",
     11: "a limit switch or control input was engaged when it started. Release it, unlock, home",
     12: "more than one limit switch was engaged. Move off them by hand, home",
     13: "the probe stopped it. See what it touches, unlock, home",
-    14: "it must be homed. Home it",
+    UNHOMED: "it must be homed. Home it",
     15: "it has just started. Home it",
     16: "a board of more inputs and outputs restarted. Home it",
     17: "a line of a file or macro on it failed. Unlock, and home",
@@ -126,6 +127,11 @@ def error_words(code: int, firmware: str = "") -> str:
     own = "FluidNC" in firmware and code > COMMON_ERRORS
     known = FLUIDNC_ERRORS if own else ERRORS
     return f"error:{code} ({known.get(code, 'a number that labrun does not know')})"
+
+
+def is_unhomed(code: int, firmware: str) -> bool:
+    """FluidNC's lock at power-up, told as an alarm, at a time of its own: it answers as before."""
+    return "FluidNC" in firmware and code == UNHOMED
 
 
 def alarm_words(code: int, firmware: str = "") -> str:

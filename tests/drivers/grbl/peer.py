@@ -40,6 +40,7 @@ class Peer:
         speed=20.0,
         hal=False,
         fluid=False,
+        tells_late=False,
         homes_at=(0.0, 0.0, 0.0),
         boots_on_open=True,
         noise=None,
@@ -49,6 +50,8 @@ class Peer:
         self.speed = speed
         self.hal = hal
         self.fluid = fluid
+        self.tells_late = tells_late  # that it is not homed: not before it is asked something
+        self._untold = False
         self.boots_on_open = boots_on_open
         self.noise = noise  # bytes put in front of every third line that it says
         self.settings = {**SETTINGS, **(settings or {})}
@@ -210,13 +213,19 @@ class Peer:
         else:
             self.say(f"\r\n{'GrblHAL 1.1f' if self.hal else 'Grbl 1.1h'} [{hint} for help]")
         if self.state == "Alarm" and self.fluid:
-            if powered:
-                self.say("[MSG:INFO: ALARM: Unhomed]")
-                self.say("ALARM:14")
+            self._untold = powered
+            if not self.tells_late:
+                self._tell_unhomed()
         elif self.state == "Alarm":
             self.say("[MSG:'$H'|'$X' to unlock]")
         else:
             self._start_up()
+
+    def _tell_unhomed(self):
+        if self._untold:
+            self.say("[MSG:INFO: ALARM: Unhomed]")
+            self.say("ALARM:14")
+        self._untold = False
 
     def _start_up(self):
         for words in self.startup:
@@ -369,6 +378,7 @@ class Peer:
                 return
             text, self.line = self.line.strip().decode("ascii", "replace"), b""
             self.heard.append(text)
+            self._tell_unhomed()
             self._obey(text)
 
     def _ok(self, text=""):

@@ -14,6 +14,7 @@ MACHINES = {
     "its axes have other steps": {"settings": {100: 80.0, 101: 160.0, 102: 400.0}},
     "its own limits are on": {"settings": {20: 1}},
     "it is FluidNC": {"fluid": True, "settings": {20: 1}},
+    "it is FluidNC, which says late that it is not homed": {"fluid": True, "tells_late": True},
     "it is FluidNC, whose scale begins elsewhere": {
         "fluid": True,
         "homes_at": (-7.0, 5.0, 3.0),
