@@ -92,6 +92,7 @@ def test_in_another_process_with_other_numbers_of_threads(spectra, alone, thread
     assert answer.stdout.split() == alone
 
 
+@pytest.mark.slow
 def test_one_bit_more_is_another_digest(spectra, alone):
     spectrum = read_spectrum(spectra[0])
     counts = spectrum.intensity.copy()

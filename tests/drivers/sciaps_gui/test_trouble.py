@@ -13,6 +13,8 @@ import pytest
 
 from labrun.drivers.driver import ActionFailed, GoalContext
 
+pytestmark = pytest.mark.slow
+
 
 async def shoot(driver):
     return await driver.measure(GoalContext("g"))
@@ -27,7 +29,6 @@ def test_an_error_that_stands_there_is_read_and_closed_first(gui):
     assert analyser.shots() == 1
 
 
-@pytest.mark.slow
 def test_an_error_after_the_click_leaves_it_open_whether_it_fired(gui):
     analyser = gui.start()
     analyser.order("error_after_click Communication lost")
@@ -61,7 +62,6 @@ def test_an_error_of_which_the_lab_says_that_it_fires_nothing_did_not_happen(gui
     assert "Interlock open" in failure.message
 
 
-@pytest.mark.slow
 def test_a_click_into_a_program_that_then_hangs_acts_later_and_is_not_repeated(gui):
     analyser = gui.start()
     analyser.order("hang_after_click 25")  # longer than a measurement, and no look takes 20 s
@@ -70,7 +70,6 @@ def test_a_click_into_a_program_that_then_hangs_acts_later_and_is_not_repeated(g
     assert analyser.shots() == 1
 
 
-@pytest.mark.slow
 def test_a_program_that_hangs_already_is_not_clicked(gui):
     analyser = gui.start()
 
@@ -89,7 +88,6 @@ def test_a_program_that_hangs_already_is_not_clicked(gui):
     assert analyser.shots() == 0
 
 
-@pytest.mark.slow
 def test_a_hang_longer_than_anybody_waits_leaves_it_unknown_and_the_probe_finds_the_shot(gui):
     analyser = gui.start()
     analyser.order("hang_after_click 5")
@@ -106,7 +104,6 @@ def test_a_hang_longer_than_anybody_waits_leaves_it_unknown_and_the_probe_finds_
     assert analyser.shots() == 1
 
 
-@pytest.mark.slow
 def test_a_dialog_that_nobody_knows_is_not_touched(gui):
     analyser = gui.start()
     analyser.order("open ask_boxes_here")
@@ -142,7 +139,6 @@ def test_a_program_that_cannot_be_made_out_is_not_clicked(gui, order, words):
     assert analyser.shots() == 0
 
 
-@pytest.mark.slow
 def test_a_window_over_the_button_keeps_the_click_from_going_astray(gui):
     analyser = gui.start()
     analyser.order("cover_button")
@@ -221,7 +217,6 @@ def test_a_folder_that_is_missing_at_the_start_is_told_with_its_word(gui, word):
         gui.play(shoot, **{word: "/nowhere"})
 
 
-@pytest.mark.slow
 def test_an_export_folder_that_is_gone_is_told_before_anything_is_clicked(gui):
     gui.start()
 
@@ -237,7 +232,6 @@ def test_an_export_folder_that_is_gone_is_told_before_anything_is_clicked(gui):
     assert "nothing was clicked" in failure.message
 
 
-@pytest.mark.slow
 def test_a_picture_that_a_message_names_outlives_the_call(gui, tmp_path):
     gui.start(without=["measure"])
     config = {"contract": "libs_analyzer@1", "driver": "sciaps_gui", "config": gui.config()}

@@ -16,6 +16,8 @@ from labrun.drivers.simulated.depth_camera import SimDepthCamera
 from labrun.drivers.world import World
 from labrun.schemas.contracts import shipped_contracts
 
+pytestmark = pytest.mark.slow
+
 STONE = [350, 400, 60, 40, 25]
 
 

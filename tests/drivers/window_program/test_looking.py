@@ -45,6 +45,7 @@ def test_all_parts_of_an_open_dialog_are_found(gui, look, scale):
         assert abs(down + view.corner[1] - y - h / 2) < h / 4, name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scale",
     [0.75, pytest.param(1.0, marks=pytest.mark.soak), pytest.param(1.7, marks=pytest.mark.soak)],

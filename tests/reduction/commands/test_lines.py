@@ -92,6 +92,7 @@ Os,1,305.866,2.9e7,9,11,0,4.0524
 """
 
 
+@pytest.mark.slow
 def test_lines_of_ones_own_are_listed_and_reduced(labrun, tmp_path):
     (tmp_path / "osmium.csv").write_text(OSMIUM)
     nm = np.arange(300.0, 315.0, 0.02)

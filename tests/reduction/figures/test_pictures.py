@@ -66,6 +66,7 @@ def overlaps(monkeypatch):
     return of
 
 
+@pytest.mark.slow
 def test_a_spectrum_names_its_lines_and_no_name_covers_another(pegmatite, overlaps):
     with paper():
         figure = spectrum_figure(pegmatite[1])

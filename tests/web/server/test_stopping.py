@@ -59,6 +59,7 @@ def test_a_run_that_comes_up_is_never_told_as_interrupted(unhurried, hand, wait_
     assert {run["protocol"] for run in seen} <= {"long"}
 
 
+@pytest.mark.slow
 def test_a_stop_that_lay_in_a_stalled_line_is_late_and_one_in_time_is_not(shared, page, socket):
     page.reach("gantry", "libs")
     ui = socket(shared, page)

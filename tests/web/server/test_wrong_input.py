@@ -86,6 +86,7 @@ def test_no_body_breaks_a_route(page, routes):
     assert wrong == []
 
 
+@pytest.mark.slow
 def test_no_query_breaks_a_route(page, routes):
     wrong = []
     for method, path, operation in routes:
