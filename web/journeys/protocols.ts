@@ -647,7 +647,7 @@ finally:
     const device = page.getByRole('region', { name: 'Device detail' })
     await device.locator('summary', { hasText: 'move_to' }).click()
     const form = page.getByRole('form', { name: 'move_to' })
-    await form.getByLabel('Its x in mm').fill('33')
+    await form.getByLabel('x', { exact: true }).fill('33')
     await form.getByRole('button', { name: 'Run' }).click()
     await form.getByRole('button', { name: 'Add to protocol' }).click()
     await page.getByText('will go after “Move to” into byhand.yaml').first().waitFor()
