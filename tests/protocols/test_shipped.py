@@ -158,7 +158,7 @@ def test_the_maps_show_the_grains_that_the_simulated_core_was_given(tmp_path):
     assert (lines[0], len(lines)) == ("wavelength,intensity", 22_801)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_scan_whose_engine_is_killed_goes_on_in_focus_and_fires_no_shot_twice(tmp_path):
     command = [*COMMAND, "run", str(PEGMATITE), "-p", "pitch=2 mm", "--runs", "runs"]
     engine = subprocess.Popen(

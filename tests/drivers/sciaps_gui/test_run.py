@@ -27,7 +27,7 @@ finally:
 """
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_a_run_with_a_simulated_gantry_and_a_real_program(gui, tmp_path):
     analyser = gui.start()
     lab = {

@@ -69,6 +69,7 @@ def test_numbers_that_come_as_whole_ones_are_as_good(tmp_path):
     assert played(camera(tmp_path), story)["rms"] < 0.3
 
 
+@pytest.mark.soak
 def test_a_camera_on_a_gantry_goes_where_the_gantry_goes(tmp_path):
     World(tmp_path).publish("stage", {"x": 140.0, "y": 10.0, "z": 100.0})
     found = played(camera(tmp_path, gantry="stage"), calibrated)
@@ -76,6 +77,7 @@ def test_a_camera_on_a_gantry_goes_where_the_gantry_goes(tmp_path):
     assert (found["x"], found["y"], found["z"]) == pytest.approx((200, 50, 500), abs=1)
 
 
+@pytest.mark.soak
 def test_a_calibration_holds_no_more_when_the_gantry_has_moved(tmp_path):
     world = World(tmp_path)
     world.publish("stage", {"x": 140.0, "y": 10.0, "z": 100.0})
@@ -171,6 +173,7 @@ def test_a_capture_is_a_colour_picture_and_a_depth_map_in_tenths_of_a_millimetre
     assert np.median(depth[340:380, 620:660]) / 10 == pytest.approx(ahead, abs=4)
 
 
+@pytest.mark.soak
 def test_the_same_goal_sees_the_same_picture_and_another_one_other_noise(tmp_path):
     async def story(twin):
         seen = []
@@ -214,6 +217,7 @@ def test_an_error_that_is_ordered_is_the_one_that_comes(tmp_path, error):
         assert failure.name == error
 
 
+@pytest.mark.soak
 def test_eyes_that_are_exchanged_are_found_out(tmp_path):
     twin = camera(tmp_path)
     view = twin.eyes.look("1", None)
@@ -222,6 +226,7 @@ def test_eyes_that_are_exchanged_are_found_out(tmp_path):
         measure.calibrate(exchanged, Board(x_mm=100, y_mm=300))
 
 
+@pytest.mark.soak
 def test_squares_of_another_size_than_is_said_are_found_out(tmp_path):
     async def story(twin):
         await twin.calibrate(GoalContext("c1"), square=30, x=100, y=300)
@@ -251,6 +256,7 @@ def test_points_need_a_calibration_a_pixel_in_the_picture_and_two_open_eyes(tmp_
     assert failed(camera(tmp_path), blind).name == "NoDepth"
 
 
+@pytest.mark.soak
 def test_what_it_really_did_is_logged(tmp_path):
     played(camera(tmp_path), calibrated)
     (line,) = (tmp_path / "truth" / "camera.jsonl").read_text().splitlines()

@@ -207,7 +207,7 @@ def test_an_action_that_is_to_fail_and_is_never_done_is_told(tmp_path):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_the_shipped_map_takes_four_hours(tmp_path):
     checked = check_file(SHIPPED / "pegmatite_map.yaml", params={"pitch": "2 mm"})
     totals = Rehearsal(checked).play()

@@ -62,7 +62,7 @@ def test_a_blow_at_every_write_of_the_journal_is_survived(tmp_path):
     assert "write 10 of the journal" in ended.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.timeout(300)
 def test_a_device_that_fires_twice_is_found_out_and_its_run_is_kept(tmp_path):
     ended = torture(
