@@ -65,7 +65,7 @@ class Place:
     contract: Contract | None = None
 
 
-def only(known: Collection[str], given: Iterable[str], what: str = "config") -> None:
+def check_keys(known: Collection[str], given: Iterable[str], what: str = "config") -> None:
     """Raise ValueError for a key that is given and not known, with the one that it looks like."""
     unknown = sorted(set(given) - set(known))
     if not unknown:

@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ...system.files import write_whole
-from ..driver import ActionFailed, GoalContext, Place, only
+from ..driver import ActionFailed, GoalContext, Place, check_keys
 from .depth_camera import DepthCamera
 from .folder import Shot
 from .vision.board import RUNS
@@ -80,7 +80,7 @@ class StillCamera(DepthCamera):
 
     def __init__(self, place: Place, source: Source, options: tuple[str, ...]) -> None:
         super().__init__(place)
-        only((*options, "x_runs"), place.config)
+        check_keys((*options, "x_runs"), place.config)
         self.source = source
         self.x_runs = str(place.config.get("x_runs", "right"))
         if self.x_runs not in RUNS:

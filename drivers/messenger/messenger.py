@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from ...system.files import remove, write_whole
-from ..driver import ActionFailed, Driver, GoalContext, Place, only
+from ..driver import ActionFailed, Driver, GoalContext, Place, check_keys
 from .sending import deliver, reasons
 
 
@@ -78,7 +78,7 @@ class Messenger(Driver):
 def receivers(place: Place) -> dict[str, str]:
     """Name -> address from a lab's config; raises ValueError with a sentence."""
     to = place.config.get("to")
-    only(("to",), place.config)
+    check_keys(("to",), place.config)
     if not isinstance(to, dict) or not to or not all(isinstance(a, str) for a in to.values()):
         raise ValueError(
             "config needs `to`, names with their addresses: "

@@ -4,7 +4,7 @@ import math
 from collections.abc import Collection
 from typing import Any
 
-from ..driver import only
+from ..driver import check_keys
 from .gantry import AXES
 from .keep_out import read_boxes
 from .outputs import read_outputs
@@ -15,7 +15,7 @@ PLACING = ("origin", "axes", "keep_out", "home_first", "homing_timeout", "safe_z
 
 def check_config(config: dict[str, Any], known: Collection[str]) -> None:
     """Raise ValueError with the first error."""
-    only(known, config)
+    check_keys(known, config)
     _check_axes(config.get("axes"))
     _check_place("origin", config.get("origin"))
     _check_place("home_here", config.get("home_here"))

@@ -7,7 +7,7 @@ Configuration of every device on a serial line: `port` (/dev/ttyUSB0, COM3), `ba
 from dataclasses import dataclass
 from typing import Any
 
-from ..driver import Place, only
+from ..driver import Place, check_keys
 from .open_port import open_exclusively
 
 OPTIONS = ("port", "baud", "bits", "parity", "stop_bits")
@@ -60,7 +60,7 @@ def read_port(place: Place, options: tuple[str, ...] = ()) -> SerialPort:
     from serial import Serial
 
     config = place.config
-    only((*OPTIONS, *options), config)
+    check_keys((*OPTIONS, *options), config)
     if not isinstance(config.get("port"), str):
         raise ValueError(
             "config has no port: give the port that it is plugged into, such as port: /dev/ttyUSB0"

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 from ...cameras.vision.board import Board
 from ...cameras.vision.intrinsics import Intrinsics
 from ...cameras.vision.rig import Rig
-from ...driver import only
+from ...driver import check_keys
 from ...world import World
 from .camera_scene import Scene, Stone
 from .faults import chance
@@ -80,5 +80,5 @@ def _board(said: dict[str, Any] | None) -> Board | None:
 
 
 def _filled(name: str, said: dict[str, Any] | None, usual: dict[str, float]) -> dict[str, float]:
-    only(usual, said or {}, name)
+    check_keys(usual, said or {}, name)
     return {key: float((said or {}).get(key, value)) for key, value in usual.items()}

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import Any, ClassVar
 
 from ....schemas.contracts import shipped_contracts
-from ...driver import Driver, GoalContext, Place, only
+from ...driver import Driver, GoalContext, Place, check_keys
 from ...world import World
 from .clock import Clock
 from .faults import Faults
@@ -27,7 +27,7 @@ class Twin(Driver):
     def __init__(self, place: Place) -> None:
         super().__init__(place)
         self.config: dict[str, Any] = place.config
-        only((*SHARED, *self.options), self.config)
+        check_keys((*SHARED, *self.options), self.config)
         self.seed = int(self.config.get("seed", 1))
         self.clock = Clock(self.config.get("clock", "real"))
         contract = place.contract or shipped_contracts()[self.without or self.contract]

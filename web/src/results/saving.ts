@@ -1,4 +1,5 @@
 // Offer a file that was made on the page as a download.
+import { exactSingle } from '../ui/format'
 import type { Pixels } from './mapImage'
 
 const CELL_PX = 16
@@ -34,17 +35,10 @@ export function enlarged({ width, height, data }: Pixels, aspect: number): Offsc
   return canvas
 }
 
-/** No more digits than a value of single precision has: 0.1, not 0.10000000149011612. */
-function digits(value: number): string {
-  if (Math.fround(value) !== value) return String(value)
-  const enough = [7, 8, 9].map((n) => Number(value.toPrecision(n))).find((short) => Math.fround(short) === value)
-  return String(enough ?? value)
-}
-
 /** Rows as CSV (RFC 4180). */
 export function csv(head: readonly string[], rows: readonly (readonly unknown[])[]): string {
   const cell = (value: unknown): string => {
-    const text = value === null || value === undefined || Number.isNaN(value) ? '' : typeof value === 'number' ? digits(value) : String(value)
+    const text = value === null || value === undefined || Number.isNaN(value) ? '' : typeof value === 'number' && Math.fround(value) === value ? exactSingle(value) : String(value)
     return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text
   }
   return [head, ...rows].map((row) => row.map(cell).join(',')).join('\r\n') + '\r\n'
