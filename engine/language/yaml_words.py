@@ -16,6 +16,7 @@ QUOTE_TEXT = "put the text in quotes"
 SECOND = re.compile(r"[{,]\s*[A-Za-z]\w*:\s+[\w.]+?\s*(;|(?<=\s))\s*([a-z_]+)$")
 """In a mapping in brackets, a key with a value of one word and another key behind it."""
 GIVEN = re.compile(r"""[{,]\s*([A-Za-z_]\w*) ?= ?["']""")
+NO_COLON = re.compile(r"([A-Za-z_]\w*)[ =]+([\[{])")
 BLOCK = re.compile(r".*:\s+[|>][-+0-9]*\s*(?:#.*)?$")
 FIRST_COLON = re.compile(r"(?:^\s*|[-{,]\s+)(?:-\s+)*[^:\s]+:\s+(?=\S)")
 
@@ -156,6 +157,13 @@ def _colon(lines: Lines, number: int, before: str, offset: int) -> YamlFault:
         return _fault("a second `: ` on one line begins another key", start,
                       f'put text that contains a `: ` in quotes: "{value}"', offset - start)  # fmt: skip
     key = before.lstrip(" -")
+    if lacks := NO_COLON.match(key):
+        return _fault(
+            "a key without its `:`",
+            offset - len(key),
+            f"write `{lacks[1]}: {lacks[2]}`",
+            len(lacks[1]),
+        )
     return _fault("a key that is indented too far",
                   offset - len(key), "align the keys", len(key))  # fmt: skip
 
