@@ -16,7 +16,7 @@ FIRST = re.search(r"```yaml\n(.*?)```", README, re.S)[1]
 
 def labrun(folder, *words):
     return subprocess.run(
-        [sys.executable, "-m", "labrun.engine", *words],
+        [sys.executable, "-m", "labrun", *words],
         cwd=folder, capture_output=True, text=True,
     )  # fmt: skip
 
