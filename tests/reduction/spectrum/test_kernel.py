@@ -1,5 +1,6 @@
 """Compiled code lies in the user's cache, never beside the module."""
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -7,7 +8,8 @@ from pathlib import Path
 import pytest
 
 import labrun.reduction
-from labrun.reduction.spectrum.kernel import state_of
+from labrun.reduction.peaks.windows import half_height
+from labrun.reduction.spectrum.kernel import ByContents, state_of
 
 PACKAGE = Path(labrun.reduction.__file__).parent
 
@@ -22,6 +24,19 @@ def test_code_compiled_before_a_source_changed_is_not_taken_for_that_of_now(tmp_
 
     assert state_of(tmp_path) != before
     assert state_of(tmp_path) == state_of(tmp_path)
+
+
+def test_the_same_code_installed_elsewhere_is_not_compiled_again(tmp_path):
+    elsewhere = tmp_path / "labrun" / "reduction"
+    shutil.copytree(PACKAGE, elsewhere, ignore=shutil.ignore_patterns("__pycache__", "*.npz"))
+    loop, within = half_height.py_func, Path("peaks") / "windows.py"
+
+    assert state_of(elsewhere) == state_of(PACKAGE)
+    assert ByContents.get_suitable_cache_subpath(elsewhere / within) == "peaks"
+    assert ByContents.from_function(loop, str(elsewhere / within)) is None  # not of this labrun
+    assert (
+        Path(ByContents.from_function(loop, str(PACKAGE / within)).get_cache_path()).name == "peaks"
+    )
 
 
 def test_every_compiled_loop_lies_where_changes_are_looked_for():
