@@ -223,9 +223,8 @@ def _is_news(context: Context, fault: Fault) -> bool:
     if fault.code == "E303":
         return bool(context.survey.params)
     if fault.code == "E305":
-        return fault.message.startswith("steps.")
-    name = fault.message.partition(":")[0].removeprefix("steps.")
-    return name not in {re.sub(r"\W", "_", known) for known in context.survey.raw_names}
+        return bool(fault.step)
+    return fault.step not in {re.sub(r"\W", "_", known) for known in context.survey.raw_names}
 
 
 def _ill_named(context: Context, spot: Spot) -> bool:

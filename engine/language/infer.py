@@ -32,11 +32,12 @@ WRITTEN = re.compile(rf"{LITERAL}\(([^,()]*), '([^']*)'\)")
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """What is wrong in an expression: a code and a message."""
+    """What is wrong in an expression: a code and a message; `step`: of which step's result, if of one."""
 
     code: str
     message: str
     hint: str = ""
+    step: str = ""
 
 
 class Names(Protocol):

@@ -216,24 +216,21 @@ class Env:
             known = (
                 f"ids: {', '.join(self.survey.ids)}" if self.survey.ids else "give a step an `id:`"
             )
-            return Fault("E304", f"steps.{name}: no step has the id {name!r}{guess}", known)
+            return Fault("E304", f"steps.{name}: no step has the id {name!r}{guess}", known, name)
         for level in declared.levels:
             if level not in self.levels and level.kind not in OPEN:
                 return self._hidden(name, level)
         beside = self._sibling(declared.levels)
         if beside is not None:
-            return Fault(
-                "E305",
-                f"steps.{name}: {name!r} is in the same set and starts together with this one"
+            why = (
+                "is in the same set and starts together with this one"
                 if beside.kind == "member"
-                else f"steps.{name}: {name!r} runs only in the other branch, `{beside.name}`",
+                else f"runs only in the other branch, `{beside.name}`"
             )
+            return Fault("E305", f"steps.{name}: {name!r} {why}", step=name)
         if declared.order >= self.order:
-            return Fault(
-                "E305",
-                f"steps.{name}: {name!r} has not run yet at this point",
-                "use a result after its step",
-            )
+            message = f"steps.{name}: {name!r} has not run yet at this point"
+            return Fault("E305", message, "use a result after its step", name)
         if declared.background and not self.late:
             hint = "leave out `mode: background`, or use it in `collect` or `outputs`"
             return Fault(
