@@ -150,6 +150,9 @@ class Inference:
             return self.fault(
                 "E301", f"{whole}.{name}: {what} is {in_words(owner)} and has no fields"
             )
+        if name in owner.meant:
+            words = f"one of the items has {owner.meant[name]} instead of {name}"
+            return self.fault("E301", f"{whole}.{name}: {words}")
         if name in owner.fields:
             return owner.fields[name]
         if owner.rest is not None:

@@ -1,5 +1,6 @@
 """What is known about a value before the run: its kind, unit, items and fields."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -8,6 +9,7 @@ from typing import Any, Literal
 
 from ...schemas.protocol import Param
 from ...schemas.quantity import PLAIN, UnitError, is_quantity, kind_of_unit, unit_of
+from .suggest import closest
 
 Kind = Literal["any", "null", "boolean", "number", "text", "moment", "list", "map"]
 
@@ -18,7 +20,8 @@ class Type:
 
     `whole`: a whole number. `zero`: the bare 0 that fits any unit. `difference`: of two temperatures.
     `choices`: all that a text may be, where that is known. `rest` is the type of fields
-    that are not named; None where there are no others.
+    that are not named; None where there are no others. `meant`: a field that one of several maps
+    lacks -> the key that only that one has, and that looks like it.
     """
 
     kind: Kind
@@ -30,6 +33,7 @@ class Type:
     zero: bool = False
     difference: bool = False
     choices: tuple[str, ...] = ()
+    meant: Mapping[str, str] = field(default_factory=dict)
 
 
 ANY = Type("any")
@@ -162,7 +166,21 @@ def _either_map(maps: list[Type]) -> Type:
     """A field that none of the maps has is none; what one of them lacks may be anything."""
     names = dict.fromkeys(name for one in maps for name in one.fields)
     named = {name: either([one.fields.get(name, ANY) for one in maps]) for name in names}
-    return Type("map", fields=named, rest=None if all(one.rest is None for one in maps) else ANY)
+    rest = None if all(one.rest is None for one in maps) else ANY
+    return Type("map", fields=named, rest=rest, meant=_meant(maps, names) if rest is None else {})
+
+
+def _meant(maps: list[Type], names: Iterable[str]) -> dict[str, str]:
+    """`Liquid` of one for `liquid` of all the others; of two maps only case tells which is the slip."""
+    had = Counter(name for one in maps for name in one.fields)
+    found: dict[str, str] = {}
+    for name in names:
+        lacking = [one for one in maps if name not in one.fields]
+        own = [key for key in lacking[0].fields if had[key] == 1] if len(lacking) == 1 else []
+        near = closest(name, own)
+        if near is not None and (len(maps) > 2 or near.casefold() == name.casefold()):
+            found[name] = near
+    return found
 
 
 def either(types: list[Type]) -> Type:
