@@ -65,8 +65,16 @@ class Place:
     contract: Contract | None = None
 
 
+class UnknownKey(ValueError):
+    """A config says what its driver does not know; `key` is the first such, of the config itself."""
+
+    def __init__(self, words: str, key: str | None) -> None:
+        super().__init__(words)
+        self.key = key
+
+
 def check_keys(known: Collection[str], given: Iterable[str], what: str = "config") -> None:
-    """Raise ValueError for a key that is given and not known, with the one that it looks like."""
+    """Raise UnknownKey for a key that is given and not known, with the one that it looks like."""
     unknown = sorted(set(given) - set(known))
     if not unknown:
         return
@@ -74,8 +82,9 @@ def check_keys(known: Collection[str], given: Iterable[str], what: str = "config
 
     near = get_close_matches(unknown[0].casefold(), known, n=1)
     guess = f"; perhaps {near[0]} is meant" if near else ""
-    raise ValueError(
-        f"{what} has no key {', '.join(unknown)}; its keys are: {', '.join(known)}{guess}"
+    raise UnknownKey(
+        f"{what} has no key {', '.join(unknown)}; its keys are: {', '.join(known) or 'none'}{guess}",
+        unknown[0] if what == "config" else None,
     )
 
 

@@ -7,7 +7,7 @@ was killed goes on where it was.
 import asyncio
 from typing import Any, ClassVar
 
-from ..driver import ActionFailed, Driver, GoalContext, Place
+from ..driver import ActionFailed, Driver, GoalContext, Place, check_keys
 from .best import best_of
 from .problem import Point, Problem, WrongProblem, read_problem
 from .study import Study, StudyLog, Values
@@ -33,8 +33,7 @@ class Optimizer(Driver):
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
-        if place.config:
-            raise ValueError(f"{place.device}: config has no key {', '.join(place.config)}")
+        check_keys((), place.config)
         self._log: StudyLog
         self._study: Study | None = None
         self._lock = asyncio.Lock()

@@ -226,6 +226,7 @@ def _check_devices(
             yield source.problem(("devices", name, "contract"), "E130", message, hint)
         else:
             yield from _check_limits(name, device, contract, source)
+            yield from _check_keys(name, device, contract, source) if path is not None else ()
 
 
 def _check_driver(name: str, device: LabDevice, source: Source) -> Iterator[Problem]:
@@ -240,6 +241,27 @@ def _check_driver(name: str, device: LabDevice, source: Source) -> Iterator[Prob
         message = f"no driver {driver} is installed here{did_you_mean(driver, known)}"
         hint = f"known: {listed(sorted(known))}; one of your own is written ./my_driver.py:Class"
         yield source.problem(("devices", name, "driver"), "W130", message, hint)
+
+
+def _check_keys(
+    name: str, device: LabDevice, contract: Contract, source: Source
+) -> Iterator[Problem]:
+    """A key that the driver does not know: one that ships says so when it is made, and reaches nothing yet."""
+    if not device.config or device.python is not None:
+        return
+    from ...drivers import find
+    from ...drivers.driver import Place, UnknownKey
+
+    place, here = ("devices", name, "config"), Path()
+    try:
+        driver = find.find_driver(device.driver, here) if device.driver in find.SHIPPED else None
+        if driver is not None and not hasattr(driver, "config_model"):  # whose config is read above
+            driver(Place(name, device.config, {}, here, here, contract))
+    except UnknownKey as fault:
+        at = place if fault.key is None else (*place, fault.key)
+        yield source.problem(at, "E132", str(fault), key=fault.key is not None)
+    except Exception:  # whatever else: it is told where the device is served, and its files are
+        return
 
 
 def _check_limits(

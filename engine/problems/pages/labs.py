@@ -28,7 +28,8 @@ Fails as a lab:
 
 E132. Where the `config` of a device says its actions (`driver: scpi`, `text`, `modbus`, `http`), they
 fit one another: a text that is sent names parameters of its action, a probe and a count are actions,
-a unit is one, and a contract with a file of its own has the same actions.
+a unit is one, and a contract with a file of its own has the same actions. Of every other driver that
+ships, a `config` has only the keys that it knows.
 
 Passes as a lab:
 

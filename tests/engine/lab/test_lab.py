@@ -53,6 +53,8 @@ def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
     assert told(write(tmp_path, LAB.replace("x: {max", "xx: {max"))) == ["E131 5:61"]
     assert told(write(tmp_path, LAB.replace("40 cm", "40 s"))) == ["E131 5:74"]
     assert told(write(tmp_path, LAB.replace("driver", "drivr"))) == ["E110 5:32"]
+    with_config = LAB.replace("sim_gantry", "sim_gantry, config: {clock: fast, sede: 3}")
+    assert told(write(tmp_path, with_config)) == ["E132 5:74"]
     assert told(write(tmp_path, LAB.replace("furnace.yaml", "none.yaml"))) == [
         "E130 2:13",
         "E130 4:20",
