@@ -14,6 +14,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..driver import check_keys
 from .bridge import Values
 from .field_path import FieldPath, get, read_path
 
@@ -104,9 +105,7 @@ def read_failure(written: Any, errors: Collection[str], default: Failure, where:
 def _known(written: Any, keys: tuple[str, ...], where: str) -> dict[str, Any]:
     if not isinstance(written, dict):
         raise ValueError(f"{where} must be a mapping of {', '.join(keys)}")
-    strange = [key for key in written if key not in keys]
-    if strange:
-        raise ValueError(f"{where}: unknown key {strange[0]!r}; the keys are {', '.join(keys)}")
+    check_keys(keys, written, where)
     return written
 
 

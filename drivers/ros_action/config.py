@@ -25,7 +25,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ...schemas.contract import Action, Contract
-from ..driver import Driver
+from ..driver import Driver, check_keys
 from .answers import SERVICE, Failure, Feedback, read_failure, read_feedback
 from .spots import Spot, read_spots
 
@@ -80,7 +80,7 @@ class Config:
 
 def read_config(written: dict[str, Any], contract: Contract) -> Config:
     """Read the configuration; raises ValueError with the first error."""
-    _known(written, KEYS, "config")
+    check_keys(KEYS, written)
     bridge, node = written.get("bridge"), written.get("node", False)
     if (bridge is None) == (node is not True):
         raise ValueError("give either `bridge: ws://HOST:PORT` or `node: true`")
@@ -94,7 +94,7 @@ def read_config(written: dict[str, Any], contract: Contract) -> Config:
             f"{contract.type}: an action cannot be named {taken[0]}, which every driver has; rename it"
         )
     given = _object(written.get("actions"), "actions")
-    _known(given, tuple(contract.actions), "actions")
+    check_keys(tuple(contract.actions), given, "actions")
     missing = [name for name in contract.actions if name not in given]
     if missing:
         raise ValueError(f"actions: {missing[0]} of {contract.type} has no ROS action")
@@ -110,7 +110,7 @@ def read_config(written: dict[str, Any], contract: Contract) -> Config:
 
 def _action(written: Any, action: Action, where: str) -> RosGoal:
     given = _object(written, where)
-    _known(given, ACTION_KEYS, where)
+    check_keys(ACTION_KEYS, given, where)
     aborted = given.get("aborted", "Aborted")
     if "aborted" in given and aborted not in action.errors:
         known = ", ".join(action.errors) or "none"
@@ -137,7 +137,7 @@ def _action(written: Any, action: Action, where: str) -> RosGoal:
 
 def _status(written: Any, contract: Contract, is_all: bool, bridge: str | None) -> RosStatus:
     given = _object(written, "status")
-    _known(given, STATUS_KEYS, "status")
+    check_keys(STATUS_KEYS, given, "status")
     schemas = contract.status.get("properties", {})
     fields = given.get("fields")
     if not is_all and isinstance(fields, dict):  # of several topics each has its own; `{}` has none
@@ -146,7 +146,7 @@ def _status(written: Any, contract: Contract, is_all: bool, bridge: str | None) 
     qos = _object(given.get("qos", {}), "status.qos")
     if qos and bridge is not None:
         raise ValueError("status.qos is for `node: true`; a rosbridge takes that of the publisher")
-    _known(qos, (*QOS, "depth"), "status.qos")
+    check_keys((*QOS, "depth"), qos, "status.qos")
     for name, words in QOS.items():
         if name in qos and qos[name] not in words:
             raise ValueError(f"status.qos.{name}: {qos[name]!r} is not one of {', '.join(words)}")
@@ -178,9 +178,3 @@ def _text(given: dict[str, Any], name: str, where: str) -> str:
     if not isinstance(value, str) or not value:
         raise ValueError(f"{where} needs `{name}`, such as /arm/move or arm_msgs/action/Move")
     return value
-
-
-def _known(given: dict[str, Any], names: tuple[str, ...], where: str) -> None:
-    strange = [name for name in given if name not in names]
-    if strange:
-        raise ValueError(f"{where}: unknown key {strange[0]!r}; the keys are {', '.join(names)}")

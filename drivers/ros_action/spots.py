@@ -15,6 +15,7 @@ from typing import Any
 
 from ...schemas.contract import JsonSchema
 from ...schemas.quantity import UnitError, magnitude_in, unit_of
+from ..driver import check_keys
 from .field_path import FieldPath, get, put, read_path
 
 KEYS = ("field", "unit", "optional", "as")
@@ -94,9 +95,7 @@ def _read(written: Any, schema: JsonSchema, where: str) -> Spot:
     said = {"field": written} if isinstance(written, str) else written
     if not isinstance(said, dict) or not isinstance(said.get("field"), str) or not said["field"]:
         raise ValueError(f"{where}: write a field's name, or {{field: NAME, unit: UNIT}}")
-    strange = [key for key in said if key not in KEYS]
-    if strange:
-        raise ValueError(f"{where}: unknown key {strange[0]!r}; the keys are {', '.join(KEYS)}")
+    check_keys(KEYS, said, where)
     form = said.get("as")
     if form is not None and form not in FORMS:
         raise ValueError(f"{where}.as: {form!r} is not one of {', '.join(FORMS)}")

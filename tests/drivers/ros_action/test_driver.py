@@ -227,7 +227,7 @@ BAD = [
     (without("bridge"), "either `bridge: ws://HOST:PORT` or `node: true`"),
     (changed(bridge="http://x"), "is not the address of a rosbridge"),
     (changed(bridge=9090), "is not the address of a rosbridge"),
-    (changed(speed=1), "unknown key 'speed'"),
+    (changed(speed=1), "config has no key speed"),
     (
         changed(actions={"rest": {"action": "/a", "type": "b/action/C"}}),
         "reach of arm@1 has no ROS action",
@@ -242,7 +242,7 @@ BAD = [
         "actions.reach needs `action` or `service`",
     ),
     (with_reach(error={"names": {1: "Burnt"}}), "Burnt is not an error of the contract"),
-    (with_reach(error={"cod": "x"}), "unknown key 'cod'"),
+    (with_reach(error={"cod": "x"}), "error has no key cod"),
     (with_reach(feedback={"message": "{a..b} m"}), "is not a place in a message"),
     (with_reach(answer_s=0), "is not a number of seconds above 0"),
     (changed(gone_s="soon"), "gone_s: 'soon' is not a number of seconds"),
