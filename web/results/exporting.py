@@ -1,8 +1,6 @@
 """A run as a file of another program's format, as `labrun export` writes it, in a process of its own."""
 
-import asyncio
 import os
-import subprocess
 import tempfile
 from pathlib import Path
 
@@ -11,11 +9,10 @@ from starlette.background import BackgroundTask
 
 from ...engine.export.formats import SUFFIXES, formats
 from ...system.files import remove
-from ...system.process import start_python, stop
+from ..local.command import labrun
 from ..local.refusal import Refusal, not_found
 
 LONGEST_S = 300.0
-END_S = 2.0
 
 
 async def exported(folder: Path, format: str) -> FileResponse:
@@ -26,27 +23,13 @@ async def exported(folder: Path, format: str) -> FileResponse:
     handle, place = tempfile.mkstemp(suffix=f".{format}")
     os.close(handle)
     out = Path(place)
-    status, said = await _run(str(folder), format, out)
+    status, said = await labrun(
+        "export", str(folder), "--to", format, "--out", place, longest_s=LONGEST_S
+    )
     if status != 0:
         remove(out)
-        words = said.replace("labrun: ", "").strip().splitlines()
-        raise Refusal(
-            422, "NOT_EXPORTED", words[-1] if words else f"labrun export ended with {status}"
-        )
+        words = f"labrun export ended with {status}"
+        if status is None:
+            words = f"it took longer than {LONGEST_S:.0f} s: use labrun export in a shell"
+        raise Refusal(422, "NOT_EXPORTED", said[-1] if said else words)
     return FileResponse(out, filename=name, background=BackgroundTask(remove, out))
-
-
-async def _run(folder: str, format: str, out: Path) -> tuple[int | None, str]:
-    process = await start_python(
-        "labrun.engine", "export", folder, "--to", format, "--out", str(out),
-        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env={**os.environ, "NO_COLOR": "1"},
-    )  # fmt: skip
-    try:
-        async with asyncio.timeout(LONGEST_S):
-            _, said = await process.communicate()
-    except TimeoutError:
-        return None, f"it took longer than {LONGEST_S:.0f} s: use labrun export in a shell"
-    finally:
-        if process.returncode is None:
-            await stop(process, END_S)
-    return process.returncode, said.decode(errors="replace")

@@ -5,9 +5,8 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from ...system import WINDOWS
-from ...system.process import start_python
 from ...system.tasks import end, spawn
+from ..local.command import labrun
 from ..local.refusal import Refusal
 from ..models.results import Reduction
 from .reduced import reduced_names
@@ -73,32 +72,10 @@ class Reducing:
 async def _do(step: str, folder: Path) -> tuple[bool, str]:
     """Whether a command succeeded, and its last output; one core is left for the bench."""
     more = ["--jobs", str(max(1, (os.cpu_count() or 2) - 1))] if step == "reduce" else []
-    process = await start_python(
-        "labrun.engine", step, str(folder), *more,
-        stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT,
-        env={**os.environ, "COLUMNS": "200", "NO_COLOR": "1"},
-    )  # fmt: skip
-    try:
-        async with asyncio.timeout(LONGEST_S):
-            output, _ = await process.communicate()
-    except TimeoutError:
+    status, lines = await labrun(step, str(folder), *more, longest_s=LONGEST_S)
+    if status is None:
         return False, f"labrun {step} took longer than {LONGEST_S / 3600:g} h and was stopped"
-    finally:
-        if process.returncode is None:
-            _kill(process)
-            await process.wait()
-    lines = output.decode(errors="replace").replace("labrun: ", "").strip().splitlines()
-    good = process.returncode in (0, PARTLY)
+    good = status in (0, PARTLY)
     if good:  # the files written are reported as tables
         lines = [line for line in lines if not line.startswith("made ")][:LINES]
     return good, "\n".join(lines[-LINES:]).replace(f"{folder}", folder.name)
-
-
-def _kill(process: asyncio.subprocess.Process) -> None:
-    """Kill the command and its child processes."""
-    import signal
-
-    if WINDOWS:
-        process.kill()
-    else:
-        os.killpg(process.pid, signal.SIGKILL)
