@@ -17,7 +17,7 @@ import typer
 from ...system.signals import on_end
 from ..exit_status import CTRL_C, FAILED, NOT_REACHED, PROBLEMS, SUCCEEDED
 from ..lab.lab import LoadedLab
-from .options import RUNS, Lab, WrongUsage, fail, pairs, say, usable_lab
+from .options import RUNS, Lab, WrongUsage, fail, known_device, pairs, say, usable_lab
 from .status import status_words
 
 if TYPE_CHECKING:
@@ -58,12 +58,7 @@ def find_action(lab: LoadedLab, device: str, name: str) -> "Action":
     """An action of a device; raises WrongUsage with what there is instead."""
     from ..language.suggest import did_you_mean
 
-    if device not in lab.lab.devices:
-        raise WrongUsage(
-            f"no device {device!r} in this lab{did_you_mean(device, lab.lab.devices)}; "
-            f"it has {', '.join(lab.lab.devices)}"
-        )
-    contract = lab.contracts[lab.lab.devices[device].contract]
+    contract = lab.contracts[known_device(lab, device).contract]
     if name not in contract.actions:
         raise WrongUsage(
             f"{device!r} has no action {name!r}{did_you_mean(name, contract.actions)}; "

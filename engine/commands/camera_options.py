@@ -41,15 +41,12 @@ def length_mm(text: str, option: str, *, above_zero: bool = False) -> float:
 def pair_of_numbers(text: str, option: str, unit: str | None = None) -> tuple[float, float]:
     """`640,360` as two numbers; with a unit also `100 mm,300 mm`."""
     parts = text.split(",")
-    if len(parts) != 2:
-        fail(f"{option} {text}: write two numbers separated by a comma: {option} 640,360")
-    if unit is not None:
-        first, second = (length_mm(part.strip(), option) for part in parts)
-        return first, second
+    if len(parts) == 2 and unit is not None:
+        return length_mm(parts[0].strip(), option), length_mm(parts[1].strip(), option)
     try:
-        first, second = float(parts[0]), float(parts[1])
+        first, second = map(float, parts)
     except ValueError:
-        fail(f"{option} {text}: write two numbers separated by a comma: {option} 640,360")
+        first = second = float("inf")
     if not (abs(first) < 1e6 and abs(second) < 1e6):
         fail(f"{option} {text}: write two numbers separated by a comma: {option} 640,360")
     return first, second

@@ -1,13 +1,14 @@
 """`labrun devices`: the devices of a lab, and what each can do."""
 
 import asyncio
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from ...schemas.contract import Action, Contract
 from ..lab.lab import LoadedLab
-from .options import Lab, fail, usable_lab
+from .options import Lab, WrongUsage, failing_on, known_device, usable_lab
+from .status import status_words
 
 ASK_S = 3.0
 """How long a device server may take to say how its devices are."""
@@ -24,10 +25,8 @@ def devices(
     if device is None:
         _list(loaded)
         return
-    found = loaded.lab.devices.get(device)
-    if found is None:
-        fail(f"no device {device!r} in this lab; it has {', '.join(loaded.lab.devices)}")
-    _actions(loaded.contracts[found.contract])
+    with failing_on(WrongUsage):
+        _actions(loaded.contracts[known_device(loaded, device).contract])
 
 
 def _list(loaded: LoadedLab) -> None:
@@ -54,18 +53,12 @@ async def _states(loaded: LoadedLab) -> dict[str, str]:
         client = DeviceClient(url, device.token)
         try:
             await client.open(ASK_S)
-            told[name] = _state_words(client.devices[name].status)
+            told[name] = ", ".join(status_words(client.devices[name].status))
         except (ServerUnreachable, KeyError) as fault:
             told[name] = f"not reached: {fault}"
         finally:
             await client.close()
     return told
-
-
-def _state_words(status: dict[str, Any]) -> str:
-    """`idle, homed true, x 10 mm`: what is told, without what is empty."""
-    shown = {name: value for name, value in status.items() if value not in (None, "", [])}
-    return ", ".join(f"{name} {value}" for name, value in shown.items())
 
 
 def _actions(contract: Contract) -> None:

@@ -3,13 +3,14 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn, TextIO
 
 import typer
 
 from ..exit_status import PROBLEMS
 
 if TYPE_CHECKING:
+    from ...schemas.lab import LabDevice
     from ..lab.lab import LoadedLab
 
 File = Annotated[Path, typer.Argument(help="The protocol.", show_default=False)]
@@ -80,14 +81,25 @@ def run_folder(runs: Path, name: str) -> Path:
         return find_run(runs, name)
 
 
-def usable_lab(lab: Path | None) -> "LoadedLab":
-    """The lab, its warnings printed; ends the command where it has errors."""
+def known_device(lab: "LoadedLab", name: str) -> "LabDevice":
+    """A device of the lab; raises WrongUsage with what there is instead."""
+    from ..language.suggest import did_you_mean
+
+    known = lab.lab.devices
+    if name not in known:
+        there = f"it has {', '.join(known)}"
+        raise WrongUsage(f"no device {name!r} in this lab{did_you_mean(name, known)}; {there}")
+    return known[name]
+
+
+def usable_lab(lab: Path | None, shown_in: TextIO | None = None) -> "LoadedLab":
+    """The lab, its problems printed; ends the command where it has errors."""
     from ..lab.lab import load_lab
     from ..problems.print import print_problems
 
     loaded, problems = load_lab(lab)
     if problems:
-        print_problems(problems, format="text")
+        print_problems(problems, format="text", file=shown_in)
     if loaded is None or any(problem.severity == "error" for problem in problems):
         raise typer.Exit(PROBLEMS)
     return loaded

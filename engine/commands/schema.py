@@ -6,10 +6,7 @@ from typing import Annotated
 
 import typer
 
-from ..exit_status import PROBLEMS
-from ..lab.lab import load_lab
-from ..problems.print import print_problems
-from .options import Lab, fail, say
+from .options import Lab, fail, say, usable_lab
 
 Output = Annotated[
     Path | None,
@@ -21,12 +18,7 @@ def schema(lab: Lab = None, output: Output = None) -> None:
     """Write a JSON Schema of protocols for this lab: roles, actions, parameters, units, steps."""
     from ..lab_schema.schema import schema_text
 
-    loaded, problems = load_lab(lab)
-    if problems:
-        print_problems(problems, file=sys.stderr)
-    if loaded is None or any(problem.severity == "error" for problem in problems):
-        raise typer.Exit(PROBLEMS)
-    text = schema_text(loaded)
+    text = schema_text(usable_lab(lab, sys.stderr))
     if output is None:
         typer.echo(text, nl=False)
         return

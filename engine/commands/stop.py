@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ..exit_status import FAILED, PROBLEMS, SUCCEEDED
-from .options import RUNS, Lab, Runs, by_command, fail, say
+from .options import RUNS, Lab, Runs, WrongUsage, by_command, failing_on, known_device, say
 
 Devices = Annotated[
     list[str] | None, typer.Argument(metavar="[DEVICE...]", help="Which; default: all of the lab.")
@@ -37,17 +37,15 @@ def stop(devices: Devices = None, lab: Lab = None, runs: Runs = RUNS) -> None:
 def lab_devices(lab: Path | None, devices: list[str] | None):
     """The lab, and the devices that were named, or all of them; ends the command if it cannot."""
     from ..lab.lab import load_lab
-    from ..language.suggest import did_you_mean
     from ..problems.print import print_problems
 
     loaded, problems = load_lab(lab)
     if loaded is None:
         print_problems(problems, format="text")
         raise typer.Exit(PROBLEMS)
-    for name in devices or []:
-        if name not in loaded.lab.devices:
-            known = loaded.lab.devices
-            fail(f"no device {name!r} in this lab{did_you_mean(name, known)}; {', '.join(known)}")
+    with failing_on(WrongUsage):
+        for name in devices or []:
+            known_device(loaded, name)
     return loaded, devices or list(loaded.lab.devices)
 
 
