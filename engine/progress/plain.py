@@ -6,7 +6,7 @@ from typing import TextIO
 
 from ...schemas.event import KINDS, Event
 from ...system.pace import duration_text, rate_text
-from .progress import Progress, choices_text, ending_lines, ending_text
+from .progress import Progress, choices_text, ending_lines, ending_text, line_of
 
 EVERY_S = 5.0
 
@@ -33,8 +33,6 @@ class PlainWatch:
             case "run":
                 self.name = event.path.rpartition("_")[2]
                 return f"run {event.path}"
-            case "log":
-                return event.text
             case "question" if event.state == "open":
                 choices = choices_text(event)
                 values = " [-r NAME=VALUE]" if event.data.get("wants") else ""
@@ -42,18 +40,12 @@ class PlainWatch:
                 return f"? {event.text} [{choices}]  ({answer})"
             case "answer":
                 return f"  {event.path}: {event.state} ({event.data.get('by', '')})"
-            case "control":
-                return f"{event.state} ({event.text})"
-            case "phase" if event.path != "main":
-                return f"{event.path.partition(':')[0]} ..."
-            case "report":
-                return f"made {event.text}"
             case "finished":
                 return "\n".join([ending_text(event), *ending_lines(event)])
             case "iteration" | "goal":
                 return self._now_and_then()
             case _:
-                return ""
+                return line_of(event)
 
     def _now_and_then(self) -> str:
         if time.monotonic() - self.said_at < EVERY_S or not self.progress.loops:

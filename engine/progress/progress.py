@@ -129,6 +129,21 @@ def value_text(value: object) -> str:
     return "-" if value is None else str(value)
 
 
+def line_of(event: Event) -> str:
+    """What a person must know of this event, on a line of its own; empty for most."""
+    match event.event:
+        case "log":
+            return event.text
+        case "control":
+            return f"{event.state} ({event.text})"
+        case "phase" if event.path != "main":
+            return f"{event.path.partition(':')[0]} ..."
+        case "report":
+            return f"made {event.text}"
+        case _:
+            return ""
+
+
 def choices_text(event: Event) -> str:
     """The choices of a question, each with the values that it needs."""
     needs = "".join(f" {name}=..." for name in event.data.get("wants", {}).get("required", []))

@@ -15,9 +15,10 @@ from ...system.process import user_name
 from ..control.control import Control
 from ..run.questions import Question, WrongAnswer
 from ..run.run import Run
-from .progress import Progress, choices_text, ending_lines, ending_text
+from .progress import Progress, choices_text, ending_lines, ending_text, line_of
 
 FRAMES_A_SECOND = 8
+STYLES = {"control": "yellow", "report": "green"}
 
 
 class RichWatch:
@@ -39,22 +40,16 @@ class RichWatch:
             case "run":
                 self.console.print(f"run [bold]{event.path}[/]", highlight=False)
                 self._show()
-            case "log":
-                self._say(event.text)
             case "question" if event.state == "open":
                 self._ask(event)
             case "answer":
                 self._answered()
-            case "control":
-                self._say(f"{event.state} ({event.text})", "yellow")
-            case "phase" if event.path != "main":
-                self._say(f"{event.path.partition(':')[0]} ...")
-            case "report":
-                self._say(f"made {event.text}", "green")
             case "finished":
                 self._end(event)
             case _:
-                if self.live is None and not self._open_questions():
+                if line := line_of(event):
+                    self._say(line, STYLES.get(event.event, ""))
+                elif self.live is None and not self._open_questions():
                     self._show()
 
     # --- drawing
