@@ -102,12 +102,10 @@ class Count:
     def __init__(self, found: RunCounts) -> None:
         self.found = found
 
-    def sequence(self, view: Outlook, steps: Sequence[Any], place: Place, times: Times) -> Outlook:
-        """Steps in sequence; returns the names that are known after them."""
-        for index, step in enumerate(steps):
-            self.step(view, step, (*place, index), times)
-            view = view.after(step, (*place, index))
-        return view
+    def sequence(self, view: Outlook, steps: Sequence[Any], place: Place, times: Times) -> None:
+        """Steps in sequence."""
+        for before, step, here in view.along(steps, place):
+            self.step(before, step, here, times)
 
     def step(self, view: Outlook, step: p.StepBase, place: Place, times: Times) -> None:
         """One step with everything that it states around its kind."""
@@ -189,8 +187,8 @@ class Count:
     def _use(self, view: Outlook, step: p.Use, place: Place, times: Times) -> None:
         other = view.used(step, place)
         if other is not None:
-            self.sequence(other, other.protocol.steps, ("steps",), times)
-            self.sequence(other, other.protocol.finally_, ("finally",), times)
+            for section, steps in other.lists:
+                self.sequence(other, steps, (section,), times)
 
     # --- loops
 

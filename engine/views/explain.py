@@ -97,9 +97,8 @@ class Explanation:
 
     def sequence(self, view: Outlook, steps: Sequence[Any], place: Place, depth: int) -> None:
         """Steps in sequence."""
-        for index, step in enumerate(steps):
-            self.step(view, step, (*place, index), depth)
-            view = view.after(step, (*place, index))
+        for before, step, here in view.along(steps, place):
+            self.step(before, step, here, depth)
 
     def step(self, view: Outlook, step: p.StepBase, place: Place, depth: int) -> None:
         """One step: a set, or what holds sets; then what is tried if it fails."""

@@ -71,7 +71,20 @@ class Outlook:
         listed = isinstance(found, Sequence) and not isinstance(found, str)
         return found if listed else None
 
+    @property
+    def lists(self) -> tuple[tuple[str, Sequence[Any]], ...]:
+        """What runs of it in every case, by the keys of the protocol."""
+        return ("steps", self.protocol.steps), ("finally", self.protocol.finally_)
+
     # --- the same protocol, at later places
+
+    def along(self, steps: Sequence[Any], place: Place) -> Iterator[tuple["Outlook", Any, Place]]:
+        """Each step of a list with its place, and what is known before it."""
+        view = self
+        for index, step in enumerate(steps):
+            here = (*place, index)
+            yield view, step, here
+            view = view.after(step, here)
 
     def bound(self, **names: Any) -> "Outlook":
         """With these names known as well; one whose value is UNKNOWN is forgotten."""

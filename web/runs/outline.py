@@ -155,11 +155,9 @@ class Outline:
         parent: Step | None, frame: Step | None, edge: str = "",
     ) -> dict[str, Step]:  # fmt: skip
         found: dict[str, Step] = {}
-        for index, step in enumerate(steps):
-            name = step.id or str(index)
-            here = (*place, index)
-            found[name] = self._step(view, step, here, f"{path}/{name}", parent, frame, edge)
-            view = view.after(step, here)
+        for before, step, here in view.along(steps, place):
+            name = step.id or str(here[-1])
+            found[name] = self._step(before, step, here, f"{path}/{name}", parent, frame, edge)
         return found
 
     def _step(

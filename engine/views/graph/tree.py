@@ -32,10 +32,10 @@ class Tree:
         self, view: Outlook, steps: Sequence[Any], place: Place, prefix: str, name: str = ""
     ) -> Node:
         """Steps in sequence."""
-        below = []
-        for index, step in enumerate(steps):
-            below.append(self.step(view, step, (*place, index), prefix + (step.id or str(index))))
-            view = view.after(step, (*place, index))
+        below = [
+            self.step(before, step, here, prefix + (step.id or str(here[-1])))
+            for before, step, here in view.along(steps, place)
+        ]
         return Node("sequence", _lines("Sequence", name), below)
 
     def step(self, view: Outlook, step: Any, place: Place, path: str) -> Node:

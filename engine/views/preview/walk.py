@@ -183,9 +183,7 @@ class Walk:
         other = view.used(step, place)
         if other is not None:
             name = step.id or other.protocol.name
-            for section, steps in (
-                ("steps", other.protocol.steps), ("finally", other.protocol.finally_),
-            ):  # fmt: skip
+            for section, steps in other.lists:
                 self._sequence(other, steps, (section,), name, other.within)
 
     # --- points
@@ -259,11 +257,9 @@ class Walk:
             other = view.used(step, place)
             return other is not None and any(
                 self._moves(other, one, (section, index))
-                for section, steps in (
-                    ("steps", other.protocol.steps), ("finally", other.protocol.finally_),
-                )
+                for section, steps in other.lists
                 for index, one in enumerate(steps)
-            )  # fmt: skip
+            )
         return any(
             self._moves(view, one, (*place, key, index))
             for key, steps in p.inner_lists(step)

@@ -17,12 +17,7 @@ from .speak import condition, spoken
 
 def sentences(view: Outlook, steps: Sequence[Any], place: Place) -> list[Item]:
     """One item per step, in order."""
-    items = []
-    for index, step in enumerate(steps):
-        here = (*place, index)
-        items.append(step_item(view, step, here))
-        view = view.after(step, here)
-    return items
+    return [step_item(before, step, here) for before, step, here in view.along(steps, place)]
 
 
 def step_item(view: Outlook, step: Any, place: Place) -> Item:
@@ -113,14 +108,12 @@ def _fallback(view: Outlook, step: p.StepBase, place: Place) -> str:
 def one_sentence(view: Outlook, steps: Sequence[Any], place: Place, *, single: bool = False) -> str:
     """Several steps as parts of one sentence."""
     parts = []
-    for index, step in enumerate(steps):
-        here = place if single else (*place, index)
+    for before, step, at in view.along(steps, place):
+        here = place if single else at
         if isinstance(step, p.Group):
-            parts.append(one_sentence(view, step.steps, (*here, "steps")))
-            continue
-        item = step_item(view, step, here)
-        parts.append(_flat(item))
-        view = view.after(step, here)
+            parts.append(one_sentence(before, step.steps, (*here, "steps")))
+        else:
+            parts.append(_flat(step_item(before, step, here)))
     return ", then ".join(parts)
 
 
