@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...language.suggest import did_you_mean
 from ..protocol import CannotMake
@@ -18,24 +18,19 @@ LONG = {"timeout": "5 min", "duration": "5 s"}
 """Of what a machine does or a motor goes to; what is asked or set takes a moment."""
 
 
-class Source(NamedTuple):
-    """The module beside this one, and an example that a refusal shows."""
-
-    module: str
-    example: str
-
-
 SOURCES = {
-    "pymeasure": Source("from_pymeasure", "pymeasure:keithley.Keithley2000"),
-    "qcodes": Source("from_qcodes", "qcodes:Keithley.Keithley2450"),
-    "ophyd": Source("from_ophyd", "ophyd:sim.SynAxis"),
-    "pylabrobot": Source("from_pylabrobot", "pylabrobot:heating_shaking.HeaterShaker"),
-    "sila2": Source("from_sila2", "sila2://10.0.0.9:50052"),
-    "opc.tcp": Source("from_opcua", "opc.tcp://10.0.0.9:4840"),
-    "visa": Source("from_visa", "visa:GPIB0::22::INSTR"),
-    "modbus": Source("from_modbus", "modbus:registers.csv"),
+    "pymeasure": "pymeasure:keithley.Keithley2000",
+    "qcodes": "qcodes:Keithley.Keithley2450",
+    "ophyd": "ophyd:sim.SynAxis",
+    "pylabrobot": "pylabrobot:heating_shaking.HeaterShaker",
+    "sila2": "sila2://10.0.0.9:50052",
+    "opc.tcp": "opc.tcp://10.0.0.9:4840",
+    "visa": "visa:GPIB0::22::INSTR",
+    "modbus": "modbus:registers.csv",
 }
-"""Scheme, which is what stands before the first colon -> its module."""
+"""Scheme, which is what stands before the first colon -> an example that a refusal shows."""
+MODULES = {"opc.tcp": "opcua"}
+"""Others are called as their scheme."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +55,10 @@ def described(source: str) -> Described:
     """What its module knows of a source; raises CannotMake."""
     scheme = source.partition(":")[0]
     if scheme not in SOURCES or scheme == source:
-        examples = ", ".join(one.example for one in SOURCES.values())
+        examples = ", ".join(SOURCES.values())
         if source in SOURCES:
             raise CannotMake(
-                f"{source!r} says no instrument: write, for example, {SOURCES[source].example}"
+                f"{source!r} says no instrument: write, for example, {SOURCES[source]}"
             )
         raise CannotMake(
             f"{source!r}{did_you_mean(scheme, SOURCES)}: a device can be made from {examples}"
@@ -71,6 +66,7 @@ def described(source: str) -> Described:
     if (here := str(Path.cwd())) not in sys.path:  # a class in a file beside the lab
         sys.path.append(here)
     try:
-        return import_module(f".{SOURCES[scheme].module}", __package__).describe(source)
+        name = f".from_{MODULES.get(scheme, scheme)}"
+        return import_module(name, __package__).describe(source)
     except OSError as fault:  # its library, or the instrument, is not there
         raise CannotMake(str(fault)) from fault
