@@ -246,7 +246,7 @@ def _check_driver(name: str, device: LabDevice, source: Source) -> Iterator[Prob
 def _check_keys(
     name: str, device: LabDevice, contract: Contract, source: Source
 ) -> Iterator[Problem]:
-    """A key that the driver does not know: one that ships says so when it is made, and reaches nothing yet."""
+    """A key that the driver does not know: one that ships says so when it is made, before all else."""
     if not device.config or device.python is not None:
         return
     from ...drivers import find
