@@ -53,6 +53,7 @@ from typing import Any
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import Ask, Do, Group
+from ..language.expression import step_of
 from ..language.suggest import did_you_mean, listed
 from ..language.types import ANY, NULL, Type, type_of_schema
 from ..survey.spots import StepAt
@@ -130,15 +131,6 @@ def _used_fields(context: Context) -> dict[str, set[str]]:
             continue
         for expression in spot.value.expressions():
             for node in ast.walk(expression.tree):
-                step = _step_of(node)
-                if step is not None and isinstance(node, ast.Attribute):
+                if isinstance(node, ast.Attribute) and (step := step_of(node.value)) is not None:
                     found.setdefault(step, set()).add(node.attr)
     return found
-
-
-def _step_of(node: ast.AST) -> str | None:
-    """ID where the node is `steps.ID.field`."""
-    inner = node.value if isinstance(node, ast.Attribute) else None
-    if not isinstance(inner, ast.Attribute) or not isinstance(inner.value, ast.Name):
-        return None
-    return inner.attr if inner.value.id == "steps" else None

@@ -51,13 +51,12 @@ Fails:
       - log: The empty vial weighs ${{ steps.weight.mass }}
 """
 
-import ast
 import re
 from collections.abc import Iterator
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import Do, Group, Set, Use, watches
-from ..language.expression import STATUS
+from ..language.expression import told_roles
 from ..language.fold import needs
 from ..language.shape import Place
 from ..survey.scope import RESERVED
@@ -141,10 +140,5 @@ def _watched(context: Context) -> set[str]:
         if isinstance(spot.value, Exception):
             return set(context.protocol.devices)
         for expression in spot.value.expressions():
-            nodes = list(ast.walk(expression.tree))
-            asked = [n for n in nodes if isinstance(n, ast.Name) and n.id == STATUS]
-            fields = [n for n in nodes if isinstance(n, ast.Attribute) and n.value in asked]
-            if len(fields) < len(asked):  # `status` as a whole, which may be any of them
-                return set(context.protocol.devices)
-            roles |= {field.attr for field in fields}
+            roles |= told_roles(expression, context.protocol.devices)
     return roles

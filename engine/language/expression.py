@@ -131,14 +131,15 @@ def timed_steps(expression: Expression) -> set[str]:
 
 def told_roles(expression: Expression, roles: Collection[str]) -> set[str]:
     """Of these roles, those whose `status` an expression reads."""
-    asked = {
+    nodes = list(ast.walk(expression.tree))
+    status = [node for node in nodes if isinstance(node, ast.Name) and node.id == STATUS]
+    asked = [
         node.attr if isinstance(node, ast.Attribute) else getattr(node.slice, "value", None)
-        for node in ast.walk(expression.tree)
-        if isinstance(node, ast.Attribute | ast.Subscript)
-        if isinstance(node.value, ast.Name) and node.value.id == STATUS
-    }
-    if STATUS in expression.names and not asked <= set(roles):
-        return set(roles)  # chosen in the run
+        for node in nodes
+        if isinstance(node, ast.Attribute | ast.Subscript) and node.value in status
+    ]
+    if len(asked) < len(status) or not set(asked) <= set(roles):
+        return set(roles)  # chosen in the run, or `status` as a whole
     return {role for role in roles if role in asked}
 
 

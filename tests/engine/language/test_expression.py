@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from labrun.engine.language.expression import Expression, ExpressionError, expression
+from labrun.engine.language.expression import Expression, ExpressionError, expression, told_roles
 from labrun.engine.language.value import value_of
 from labrun.schemas.quantity import parse_quantity, quantity_text
 
@@ -133,3 +133,18 @@ def test_an_operator_that_is_not_one_is_told_as_it_was_written(text):
 
     with pytest.raises(ExpressionError, match=f"`{re.escape(sign)}+` is not allowed"):
         expression(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("status.balance.mass", {"balance"}),
+        ("status['balance'].mass", {"balance"}),
+        ("status[params.role].mass", {"balance", "floor"}),
+        ("len(status)", {"balance", "floor"}),
+        ("status.floor.wet and status", {"balance", "floor"}),
+        ("params.balance", set()),
+    ],
+)
+def test_an_expression_knows_whose_status_it_reads(text, told):
+    assert told_roles(expression(text), ["balance", "floor"]) == told
