@@ -101,8 +101,7 @@ def _check(context: Context, spot: Spot, texts: Mapping[str, str]) -> Iterator[P
     kind, faults = spot.inferred()
     for fault in faults:
         if fault.code in CODES:
-            names = {name for one in spot.value.expressions() for name in one.names}
-            hint = next((texts[name] for name in names & texts.keys()), fault.hint)
+            hint = next((texts[name] for name in spot.value.names & texts.keys()), fault.hint)
             yield context.source.problem(spot.place, fault.code, fault.message, hint)
     if faults:
         return

@@ -83,8 +83,7 @@ def check(context: Context) -> Iterator[Problem]:
             hint = "add the most iterations that make sense, such as `max: 100`"
             yield context.source.problem((*at.place, "while"), "W411", message, hint, key=True)
         if spot is not None and not isinstance(spot.value, Exception) and not spot.inferred()[1]:
-            names = {name for one in spot.value.expressions() for name in one.names}
-            yield from _unchanged(context, step, at, names)
+            yield from _unchanged(context, step, at, spot.value.names)
 
 
 def _beside(context: Context, at: StepAt) -> set[str]:

@@ -81,8 +81,7 @@ def _unset(context: Context) -> Iterator[Problem]:
     for spot in context.survey.spots:
         if spot.place[0] != "steps" or isinstance(spot.value, Exception):
             continue
-        used = {name for one in spot.value.expressions() for name in one.names & sets}
-        used -= {loop.name for loop in spot.env.loops}
+        used = spot.value.names & sets - {loop.name for loop in spot.env.loops}
         at = walk.step_of(spot.place) if used else None
         if at is None or spot.inferred()[1]:
             continue

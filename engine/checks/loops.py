@@ -43,11 +43,10 @@ Fails:
 
 import ast
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 from ...schemas.problem import Problem
 from ..language.expression import ExpressionError
-from ..language.fold import MOST_ITEMS, fold, name_item
+from ..language.fold import MOST_ITEMS, Folding, fold, name_item
 from ..language.grid import Grid
 from ..language.value import Computed, Text, Value, as_text
 from ..survey.scope import LoopName
@@ -84,30 +83,20 @@ def _empty(context: Context, spot: Spot) -> Iterator[Problem]:
 def _keys(context: Context, spot: Spot, loop: LoopName) -> Iterator[Problem]:
     value = spot.value
     assert isinstance(value, Value)
-    used = {name for one in value.expressions() for name in one.names}
-    if loop.name not in used and not (loop.items is not None and len(loop.items) < 2):
+    if loop.name not in value.names and not (loop.items is not None and len(loop.items) < 2):
         message = f"this key is the same in every iteration: it does not use {loop.name}"
         yield context.source.problem(spot.place, "E404", message, f"such as ${{{{ {loop.name} }}}}")
         return
-    items = loop.items
-    if items is None or len(items) > MOST_ITEMS or surely_different(value, loop):
-        return
-    folding = spot.env.folding()
-    if not fold(value, folding).known or len(fold(value, folding).loops) > 1:
-        return
-    double = first_double(value, items, loop.name, {**folding.names, "params": folding.params})
+    double = first_double(value, loop, spot.env.folding())
     if double is not None:
-        first, second, key = double
-        what = [name_item(loop.name, items, index, items[index]) for index in (first, second)]
-        message = (
-            f"iterations {first} and {second} have the same key {key!r} ({what[0]}, {what[1]})"
-        )
+        which, key, what = double
+        message = f"{which} have the same key {key!r} ({what})"
         yield context.source.problem(
             spot.place, "E404", message, "use something that differs between them"
         )
 
 
-def surely_different(value: Value, loop: LoopName) -> bool:
+def _surely_different(value: Value, loop: LoopName) -> bool:
     """True for `${{ p.index }}`, and for a grid's `${{ p.ix }},${{ p.iy }}`: no need to compute."""
     parts = (
         value.parts
@@ -130,16 +119,24 @@ def surely_different(value: Value, loop: LoopName) -> bool:
     return isinstance(loop.items, Grid) and (read == {"index"} or (read == {"ix", "iy"} and apart))
 
 
-def first_double(
-    value: Value, items: Sequence[Any], name: str, names: dict[str, Any]
-) -> tuple[int, int, str] | None:
+def first_double(value: Value, loop: LoopName, folding: Folding) -> tuple[str, str, str] | None:
+    """Two iterations for which a value is the same text: which, the text, and their items.
+
+    None where there are none, and where it is not known before the run.
+    """
+    items, folded = loop.items, fold(value, folding)
+    if items is None or len(items) > MOST_ITEMS or _surely_different(value, loop):
+        return None
+    if not folded.known or len(folded.loops) > 1:
+        return None
     seen: dict[str, int] = {}
     for index, item in enumerate(items):
         try:
-            key = as_text(value.evaluate({**names, name: item}))
+            text = as_text(value.evaluate({**folding.given, loop.name: item}))
         except ExpressionError:
             return None  # reported by the family `calculations`
-        if key in seen:
-            return seen[key], index, key
-        seen[key] = index
+        first = seen.setdefault(text, index)
+        if first != index:
+            what = ", ".join(name_item(loop.name, items, n, items[n]) for n in (first, index))
+            return f"iterations {first} and {index}", text, what
     return None

@@ -34,13 +34,12 @@ Fails:
 from collections.abc import Iterator
 
 from ...schemas.problem import Problem
-from ..language.fold import MOST_ITEMS, fold, name_item
 from ..language.grid import Grid
 from ..language.value import Value
 from ..survey.scope import Env, LoopName
 from ..survey.spots import Spot
 from .context import Context
-from .loops import first_double, surely_different
+from .loops import first_double
 
 CODES = {"W417": "a file that each iteration overwrites"}
 VARIES = {"steps", "run", "error"}
@@ -65,8 +64,7 @@ def check(context: Context) -> Iterator[Problem]:
 def _why(spot: Spot, value: Value, loops: int) -> str:
     if value.live:
         return ""
-    names = names_in(value)
-    env = spot.env
+    env, names = spot.env, value.names
     if names & (VARIES | set(env.set_names())):
         return ""
     unnamed = [loop for loop in env.loops if loop.name not in names and _iterations(loop) != 1]
@@ -77,15 +75,10 @@ def _why(spot: Spot, value: Value, loops: int) -> str:
     return _double(env, value, env.loops[-1]) if loops == 1 else ""
 
 
-def names_in(value: Value) -> set[str]:
-    """The names that a value needs."""
-    return {name for one in value.expressions() for name in one.names}
-
-
 def _hint(spot: Spot, value: Value) -> str:
     if not spot.env.loops:
         return "loop over numbers, `foreach: {n: ${{ range(5) }}}`, and put ${{ n }} in the name"
-    unnamed = [loop for loop in spot.env.loops if loop.name not in names_in(value)]
+    unnamed = [loop for loop in spot.env.loops if loop.name not in value.names]
     loop = (unnamed or spot.env.loops)[-1]
     field = ".index" if isinstance(loop.items, Grid) else ""
     return f"use something that differs between iterations, such as ${{{{ {loop.name}{field} }}}}"
@@ -97,14 +90,5 @@ def _iterations(loop: LoopName) -> int | None:
 
 def _double(env: Env, value: Value, loop: LoopName) -> str:
     """Two iterations that write the same file, where their items are known."""
-    items, folding = loop.items, env.folding()
-    if items is None or len(items) > MOST_ITEMS or surely_different(value, loop):
-        return ""
-    if not fold(value, folding).known:
-        return ""
-    double = first_double(value, items, loop.name, {**folding.names, "params": folding.params})
-    if double is None:
-        return ""
-    first, second, file = double
-    what = [name_item(loop.name, items, index, items[index]) for index in (first, second)]
-    return f"iterations {first} and {second} both write {file} ({what[0]}, {what[1]})"
+    double = first_double(value, loop, env.folding())
+    return f"{double[0]} both write {double[1]} ({double[2]})" if double is not None else ""

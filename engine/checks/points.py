@@ -87,7 +87,7 @@ def first_outside(
         return None
     if picked is None:
         return None
-    names: dict[str, Any] = {**folding.names, "params": folding.params}
+    names = folding.given
     where = []
     for name, items, index in zip(loops, lists, picked, strict=True):
         names[name] = items[index]

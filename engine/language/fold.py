@@ -24,6 +24,11 @@ class Folding:
     names: Mapping[str, Any]
     loops: Mapping[str, Sequence[Any] | None]
 
+    @property
+    def given(self) -> dict[str, Any]:
+        """What expressions are evaluated with, apart from the items of loops."""
+        return {**self.names, "params": self.params}
+
 
 @dataclass(frozen=True, slots=True)
 class Folded:
@@ -97,7 +102,7 @@ def fold(value: Value | Exception, folding: Folding) -> Folded:
     if loops:
         return Folded(known=True, loops=tuple(sorted(loops)))
     try:
-        return Folded(known=True, value=value.evaluate({**folding.names, "params": folding.params}))
+        return Folded(known=True, value=value.evaluate(folding.given))
     except ExpressionError as fault:
         return Folded(known=False, fault=fault.reason)
 
@@ -108,7 +113,7 @@ def cases(folded: Folded, folding: Folding, value: Value) -> Iterator[Case]:
     Where the value is a sum of the items' fields, the outermost items decide; otherwise all items
     do, up to a limit.
     """
-    base = {**folding.names, "params": folding.params}
+    base = folding.given
     if not folded.loops:
         yield Case(base)
         return

@@ -25,6 +25,11 @@ class Value:
         return iter(())
 
     @property
+    def names(self) -> set[str]:
+        """The names that it needs."""
+        return {name for one in self.expressions() for name in one.names}
+
+    @property
     def live(self) -> bool:
         """True if a clock is asked in it."""
         return any(one.live for one in self.expressions())
