@@ -5,6 +5,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from .yaml_lines import Lines
+
 LARGEST = 10_000_000
 """Bytes; a protocol of a thousand lines has forty thousand."""
 MARKS = (
@@ -73,8 +75,7 @@ def _wide(data: bytes) -> str | None:
 
 def _not_utf8(data: bytes, start: int) -> Unread:
     before = data[:start].decode("utf-8")
-    line = len(re.findall(r"\r\n?|\n", before)) + 1
-    column = len(re.split(r"\r\n?|\n", before)[-1]) + 1
+    line, column = Lines(before).place(len(before))
     byte = data[start : start + 1]
     guess = byte.decode("cp1252", "replace")
     if b"\0" in data:

@@ -68,22 +68,18 @@ class Source:
 
         If there is nothing at the path, the place of what would contain it.
         """
-        node, span = self.root, (0, 0)
+        node = self.root
         if node is None:
             return 1, 1, 1
         span = (node.start, node.end)
-        for depth, part in enumerate(path):
-            if node.members is not None and node.keys is not None and str(part) in node.members:
-                at_key = key and depth == len(path) - 1
-                span = node.keys[str(part)]
-                node = node.members[str(part)]
-                if not at_key:
-                    span = (node.start, node.end) if node.end > node.start else span
-            elif node.items is not None and isinstance(part, int) and 0 <= part < len(node.items):
-                node = node.items[part]
-                span = (node.start, node.end)
-            else:
+        for depth, part in enumerate(path, 1):
+            inner = _inside(node, part)
+            if inner is None:
                 break
+            span = (inner.start, inner.end)
+            if node.keys is not None and (inner.start == inner.end or (key and depth == len(path))):
+                span = node.keys[str(part)]
+            node = inner
         return self.lines.span(*span)
 
     def names(self, section: str) -> list[str]:
@@ -123,15 +119,17 @@ class Source:
         """The node at a path; None where there is nothing."""
         node = self.root
         for part in path:
-            if node is None:
-                return None
-            if node.members is not None:
-                node = node.members.get(str(part))
-            elif node.items is not None and isinstance(part, int) and 0 <= part < len(node.items):
-                node = node.items[part]
-            else:
-                return None
+            node = _inside(node, part) if node is not None else None
         return node
+
+
+def _inside(node: Node, part: str | int) -> Node | None:
+    """The member or item of a node; None where there is nothing."""
+    if node.members is not None:
+        return node.members.get(str(part))
+    if node.items is None or not isinstance(part, int) or not 0 <= part < len(node.items):
+        return None
+    return node.items[part]
 
 
 def read_source(path: Path) -> tuple[Source | None, list[Problem]]:
