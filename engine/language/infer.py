@@ -222,28 +222,19 @@ class Inference:
         return BOOLEAN
 
     def _compared(self, a: ast.AST, left: Type, b: ast.AST, right: Type) -> None:
-        if {left.kind, right.kind} == {"number", "text"}:
+        kinds, hint = {left.kind, right.kind}, None
+        if kinds == {"number", "text"}:
             text, other = (a, right) if left.kind == "text" else (b, left)
             if isinstance(text, ast.Name):
                 return  # what a `set` gave it is judged there (W420)
-            message = f"{_text(a)} is {in_words(left)} and {_text(b)} is {in_words(right)}"
             bare = isinstance(text, ast.Constant) and other.unit is not None
             hint = f"write {text.value} without quotes" if bare else ""  # type: ignore[attr-defined]
-            self.fault("E308", f"{message}; they cannot be compared", hint)
-            return
-        if "moment" in (left.kind, right.kind) and {left.kind, right.kind} - {
-            "moment",
-            "any",
-            "null",
-        }:
-            message = f"{_text(a)} is {in_words(left)} and {_text(b)} is {in_words(right)}"
+        elif "moment" in kinds and kinds - {"moment", "any", "null"}:
             hint = "the time between two moments is their difference; elapsed() is that since the start"
-            self.fault("E308", f"{message}; they cannot be compared", hint)
-            return
-        kinds = {left.kind, right.kind}
-        if len(kinds) == 2 and kinds <= PLAIN_KINDS and kinds & {"map", "list", "text"}:
+        elif len(kinds) == 2 and kinds <= PLAIN_KINDS and kinds & {"map", "list", "text"}:
             node, one = (a, left) if left.kind in ("map", "list") else (b, right)
             hint = f"such as {_text(node)}.{next(iter(one.fields))}" if one.fields else ""
+        if hint is not None:
             message = f"{_text(a)} is {in_words(left)} and {_text(b)} is {in_words(right)}"
             self.fault("E308", f"{message}; they cannot be compared", hint)
             return
