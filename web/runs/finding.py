@@ -3,7 +3,6 @@
 import asyncio
 from dataclasses import asdict
 from pathlib import Path
-from typing import cast
 
 from pydantic import ValidationError
 
@@ -17,7 +16,7 @@ from ...schemas.labels import Labels
 from ...schemas.model import first_fault
 from ..local.refusal import Refusal
 from ..models import finding as models
-from ..models.runs import Fate
+from .quick import summary_from
 from .runs import Runs
 
 
@@ -114,15 +113,5 @@ class Finding:
             "samples": entry.samples.splitlines(), "tags": entry.tags.splitlines(),
             "note": entry.note,
         }  # fmt: skip
-        known = self._runs.one(entry.run)
-        if known is not None:
-            return models.FoundRun(**known.model_dump(), **more)
-        points, fate = entry.points, entry.fate
-        return models.FoundRun(
-            id=entry.run, protocol=entry.protocol, file=self._runs.library_name(entry.file),
-            fate=cast(Fate, fate), word=entry.word, reason=entry.reason, live=False,
-            began_at=entry.began, ended_at=entry.ended or None,
-            done=points.measured + points.failed, measured=points.measured, failed=points.failed,
-            left=points.left, total=points.plan, holes=entry.holes, resumes=entry.resumes,
-            operator=entry.person, **more,
-        )  # fmt: skip
+        known = self._runs.one(entry.run) or self._runs.named(summary_from(entry))
+        return models.FoundRun(**known.model_dump(), **more)

@@ -1,15 +1,10 @@
-"""Quick summary of a run that is over: from the file beside its journal, or its journal once."""
+"""Summaries of runs that are not open, from the entries that the engine's index has of them."""
 
 from pathlib import Path
 from typing import cast
 
-from ...engine.journal.journal import JournalFault
-from ...engine.run.folder import ASKED
-from ...engine.run.labels import read_object
-from ...engine.run.summary import summary_of
-from ...schemas.journal import ended_as
+from ...engine.index.entry import Entry, entry_of
 from ..models.runs import Fate, RunSummary
-from .inputs import read_launch
 
 
 def quick_summary(folder: Path) -> RunSummary | None:
@@ -17,19 +12,18 @@ def quick_summary(folder: Path) -> RunSummary | None:
 
     None also for a journal without what a summary needs: opening the run tells what is wrong.
     """
-    try:
-        told = summary_of(folder)
-    except (JournalFault, OSError, ValueError):
-        return None
-    if told.fate in ("running", "interrupted"):
-        return None
-    points, launch = told.points, read_launch(folder)
+    entry = entry_of(folder)
+    return None if entry.fate in ("running", "interrupted", "unreadable") else summary_from(entry)
+
+
+def summary_from(entry: Entry) -> RunSummary:
+    """As in the list of runs."""
+    points = entry.points
     return RunSummary(
-        id=folder.name, protocol=told.protocol,
-        file=str(read_object(folder / ASKED).get("file", "")),
-        fate=cast(Fate, told.fate), word=ended_as(told.fate, told.holes), reason=told.reason, live=False,
-        began_at=told.began, ended_at=told.ended,
+        id=entry.run, protocol=entry.protocol, file=entry.file, fate=cast(Fate, entry.fate),
+        word=entry.word, reason=entry.reason, live=False,
+        began_at=entry.began, ended_at=entry.ended or None,
         done=points.measured + points.failed, measured=points.measured, failed=points.failed,
-        left=points.left, total=points.plan,
-        holes=told.holes, resumes=told.resumes, operator=launch.operator,
+        left=points.left, total=points.plan, holes=entry.holes, resumes=entry.resumes,
+        operator=entry.person,
     )  # fmt: skip

@@ -85,12 +85,12 @@ class Runs:
     def all(self) -> list[RunSummary]:
         """The runs known now, newest first."""
         summaries = {id: summary for id, (_, summary) in self._known.items()}
-        summaries |= {id: self._named(summary(run)) for id, run in self._open.items()}
+        summaries |= {id: self.named(summary(run)) for id, run in self._open.items()}
         return sorted(summaries.values(), key=lambda run: run.began_at, reverse=True)
 
     def followed(self) -> list[RunSummary]:
         """Those that are open: every live one is, and one that has just ended."""
-        return [self._named(summary(run)) for run in self._open.values()]
+        return [self.named(summary(run)) for run in self._open.values()]
 
     async def summaries(self) -> list[RunSummary]:
         """All of them, after a scan of the folder."""
@@ -106,7 +106,7 @@ class Runs:
     def one(self, id: str) -> RunSummary | None:
         """One of them, for a patch."""
         if id in self._open:
-            return self._named(summary(self._open[id]))
+            return self.named(summary(self._open[id]))
         return self._known[id][1] if id in self._known else None
 
     def place(self, id: str) -> Path:
@@ -156,16 +156,16 @@ class Runs:
     def _changed(self, id: str) -> None:
         self._updates.touch("runs", id)
 
-    def _named(self, run: RunSummary) -> RunSummary:
-        """The file's name in the library."""
-        return run.model_copy(update={"file": self.library_name(run.file)})
-
-    def library_name(self, file: str) -> str:
-        """The name of a protocol file in the library, if it is there."""
-        path = Path(file)
-        if self._library is not None and path.is_absolute() and path.is_relative_to(self._library):
-            return path.relative_to(self._library).as_posix()
-        return file
+    def named(self, run: RunSummary) -> RunSummary:
+        """With the name of its protocol file in the library, if it is there."""
+        path = Path(run.file)
+        if (
+            self._library is None
+            or not path.is_absolute()
+            or not path.is_relative_to(self._library)
+        ):
+            return run
+        return run.model_copy(update={"file": path.relative_to(self._library).as_posix()})
 
     async def _keep_scanning(self) -> None:
         while True:
@@ -217,7 +217,7 @@ class Runs:
                 elif known is None or live:
                     await self._open_found(id)
                 elif self._known.get(id, (0, None))[0] != signature:
-                    self._known[id] = (signature, known)
+                    self._known[id] = (signature, self.named(known))
                     self._changed(id)
             for id in (self._known.keys() | self._open.keys()) - found.keys():
                 if not _is_file(self.folder / id / JOURNAL):  # it may be newer than the scan

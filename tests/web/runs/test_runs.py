@@ -141,3 +141,24 @@ def test_a_record_that_lacks_its_time_leaves_the_records_before_it(folder, telle
     told = asyncio.run(story())
 
     assert told.phase == "finally:1" and f"record {len(text) + 1}" in told.reason
+
+
+def test_a_run_has_the_name_of_its_protocol_in_the_library_open_or_not(folder, teller):
+    library = folder.with_name("protocols")
+    teller.started()
+    teller.finished()
+    (folder / "run.json").write_text(json.dumps({"file": str(library / "deep" / "map.yaml")}))
+    runs = Runs(folder.parent, Timings(folder.parent / "timings.json"), Updates(), library)
+
+    async def story():
+        await runs.open()
+        try:
+            before = runs.one(folder.name)
+            await runs.opened(folder.name)
+            return before, runs.one(folder.name)
+        finally:
+            await runs.close()
+
+    before, opened = asyncio.run(story())
+
+    assert before.file == opened.file == "deep/map.yaml"
