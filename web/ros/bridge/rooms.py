@@ -3,7 +3,7 @@
 from ..offers.goals import Goals
 from ..offers.offer import Action, Offers, Service, Topic
 from .hidden import Hidden
-from .rosapi import ROSAPI, RosapiService
+from .rosapi import full, rosapi_services
 
 
 class Rooms:
@@ -13,7 +13,7 @@ class Rooms:
         self.offers = offers
         self.goals = goals
         self._hidden = Hidden(offers, goals)
-        self._rosapi = {f"/rosapi/{name}": RosapiService(name, offers) for name in ROSAPI}
+        self._rosapi = rosapi_services(offers)
 
     def action(self, name: str) -> Action | None:
         """An action by its name."""
@@ -27,9 +27,3 @@ class Rooms:
     def topic(self, name: str) -> Topic | None:
         """A topic by its name."""
         return self.offers.topics.get(full(name)) or self._hidden.topic(full(name))
-
-
-def full(name: str) -> str:
-    """With its slash, and without the `#id` that old clients append."""
-    plain = name.partition("#")[0]
-    return plain if plain.startswith("/") else f"/{plain}"

@@ -82,7 +82,7 @@ def _action_type(offers: Offers, action: str) -> Values:
 
 
 def _type_in(offered: Mapping[str, Any], name: str) -> Values:
-    found = offered.get(_full(name))
+    found = offered.get(full(name))
     return {"type": found.kind.type if found is not None else ""}
 
 
@@ -103,7 +103,7 @@ def _nodes(offers: Offers) -> Values:
 
 
 def _node_details(offers: Offers, node: str) -> Values:
-    if _full(node) != NODE:
+    if full(node) != NODE:
         return {"subscribing": [], "publishing": [], "services": []}
     return {
         "subscribing": [], "publishing": sorted(offers.topics), "services": _services(offers)["services"]
@@ -111,7 +111,7 @@ def _node_details(offers: Offers, node: str) -> Values:
 
 
 def _publishers(offers: Offers, topic: str) -> Values:
-    return {"publishers": [NODE] if _full(topic) in offers.topics else []}
+    return {"publishers": [NODE] if full(topic) in offers.topics else []}
 
 
 def _subscribers(offers: Offers, topic: str) -> Values:
@@ -206,12 +206,18 @@ def _length(field: Field) -> int:
 
 
 def _all_services(offers: Offers) -> dict[str, Service]:
-    own = {f"/rosapi/{name}": RosapiService(name, offers) for name in ROSAPI}
-    return {**offers.services, **own}
+    return {**offers.services, **rosapi_services(offers)}
 
 
-def _full(name: str) -> str:
-    return name if name.startswith("/") else f"/{name}"
+def rosapi_services(offers: Offers) -> dict[str, Service]:
+    """Its own services, by name."""
+    return {f"/rosapi/{name}": RosapiService(name, offers) for name in ROSAPI}
+
+
+def full(name: str) -> str:
+    """With its slash, and without the `#id` that old clients append."""
+    plain = name.partition("#")[0]
+    return plain if plain.startswith("/") else f"/{plain}"
 
 
 DEFS = {"typedefs": ("TypeDef", "[]")}
