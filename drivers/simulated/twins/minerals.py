@@ -29,10 +29,6 @@ class Mineral:
     size: float
     stretch: float
 
-    def atom_fractions(self) -> dict[str, float]:
-        """Element -> share of all atoms, traces included; the shares add up to 1."""
-        return atom_fractions(self.name)
-
 
 MINERALS = (
     Mineral(
@@ -74,7 +70,7 @@ ELEMENTS = tuple(sorted({e for m in MINERALS for e in (*m.atoms, *m.traces_ppm)}
 
 @cache
 def atom_fractions(name: str) -> dict[str, float]:
-    """Element -> share of all atoms of a mineral, traces included."""
+    """Element -> share of all atoms of a mineral, traces included; they add up to 1."""
     mineral = BY_NAME[name]
     formula_mass = sum(MASS[element] * count for element, count in mineral.atoms.items())
     moles = {e: count / formula_mass for e, count in mineral.atoms.items()}  # of 1 g of it
