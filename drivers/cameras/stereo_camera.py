@@ -44,30 +44,14 @@ class StereoCamera(StillCamera):
         await super().open()
 
     def view(self, shot: Shot) -> "View":
-        from .vision.camera import CameraFault, of_size
-        from .vision.view import DepthView, StereoView, View
+        from .vision.camera import CameraFault
+        from .vision.view import view_of
 
-        rows, columns = shot.picture.shape[:2]
-        left, right = shot.picture, shot.right
-        if right is None and self._holds_both(columns, rows):
-            left, right = left[:, : columns // 2], left[:, columns // 2 :]
+        also = {"right": shot.right, "depth": shot.depth}
         try:
-            camera = of_size(self.cameras, left.shape[1], rows, self.file)
+            return view_of(shot.picture, self.cameras, self.file, self.x_runs, **also)[0]
         except CameraFault as fault:
             raise ActionFailed("CameraLost", str(fault)) from fault
-        if right is not None:
-            if camera.right is None:
-                raise ActionFailed(
-                    "CameraLost", f"{self.file} describes one eye, but there are two pictures"
-                )
-            return StereoView.of(left, right, camera, self.x_runs)
-        if shot.depth is not None:
-            return DepthView(left, shot.depth, camera.left, self.x_runs)
-        return View(left, camera.left, self.x_runs)
-
-    def _holds_both(self, columns: int, rows: int) -> bool:
-        pairs = (camera.size for camera in self.cameras if camera.right is not None)
-        return (columns // 2, rows) in pairs
 
 
 def _source(config: dict[str, Any]) -> CameraFolder | CameraVideo:

@@ -9,10 +9,10 @@ import typer
 
 from ...drivers.cameras.vision import measure
 from ...drivers.cameras.vision.board import RUNS, Board
-from ...drivers.cameras.vision.camera import Camera, CameraFault, of_size
+from ...drivers.cameras.vision.camera import Camera, CameraFault
 from ...drivers.cameras.vision.camera_file import read_cameras
 from ...drivers.cameras.vision.pictures import PictureFault, read_depth, read_picture
-from ...drivers.cameras.vision.view import DepthView, StereoView, View
+from ...drivers.cameras.vision.view import view_of
 from ...drivers.driver import ActionFailed
 from .camera_options import board_size, length_mm, needs_vision, pair_of_numbers
 from .options import fail
@@ -90,7 +90,9 @@ def locate(
     if x_runs not in RUNS:
         fail(f"--x-runs {x_runs}: choose one of {', '.join(RUNS)}")
     try:
-        view, known = _view(image, depth, camera, step_mm, x_runs)
+        cameras, picture = read_cameras(camera), read_picture(image)
+        far = read_depth(depth, step_mm) if depth is not None else None
+        view, known = view_of(picture, cameras, camera, x_runs, depth=far)
         fit = measure.calibrate(view, _board(known, board, square, board_at, camera))
         point = measure.locate(view, fit, u, v, height_mm)
     except (PictureFault, CameraFault) as fault:
@@ -111,25 +113,6 @@ def locate(
         f"the camera is at x {x:.1f}, y {y:.1f}, z {z:.1f} mm, tilted {fit.pose.tilt_deg:.1f} degrees; "
         f"the board fits to {fit.rms_px:.2f} pixel"
     )
-
-
-def _view(
-    image: Path, depth: Path | None, file: Path, step_mm: float | None, x_runs: str
-) -> tuple[View, Camera]:
-    """The view and its camera: stereo if the picture is twice as wide as one eye's."""
-    cameras = read_cameras(file)
-    picture = read_picture(image)
-    rows, columns = picture.shape[:2]
-    two_eyed = [
-        one for one in cameras if one.right is not None and one.size == (columns // 2, rows)
-    ]
-    if depth is None and two_eyed:
-        half = columns // 2
-        return StereoView.of(picture[:, :half], picture[:, half:], two_eyed[0], x_runs), two_eyed[0]
-    camera = of_size(cameras, columns, rows, file)
-    if depth is None:
-        return View(picture, camera.left, x_runs), camera
-    return DepthView(picture, read_depth(depth, step_mm), camera.left, x_runs), camera
 
 
 def _board(camera: Camera, size: str | None, square: str | None, at: str, file: Path) -> Board:

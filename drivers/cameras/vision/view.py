@@ -2,11 +2,12 @@
 
 import math
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...driver import ActionFailed
 from .board import Board, corners_on_bench, find_corners
-from .camera import Camera
+from .camera import Camera, CameraFault, of_size
 from .intrinsics import Intrinsics
 from .rig import Rig, rectification, rectified
 
@@ -157,6 +158,28 @@ class StereoView(View):
                 f"the eyes see the board {shift:.1f} pixels apart, its place requires {wanted:.1f}: "
                 "is the size of its squares right?",
             )
+
+
+def view_of(
+    picture: "np.ndarray", cameras: tuple[Camera, ...], file: Path, x_runs: str = "right",
+    *, right: "np.ndarray | None" = None, depth: "np.ndarray | None" = None,
+) -> tuple[View, Camera]:  # fmt: skip
+    """What pictures show, by the one of a file's cameras that takes them; raises CameraFault, ActionFailed.
+
+    A picture twice as wide as an eye's, without a depth map of its size, holds both eyes side by side.
+    """
+    rows, half = picture.shape[0], picture.shape[1] // 2
+    alone = right is None and (depth is None or depth.shape != picture.shape[:2])
+    if alone and any(one.right is not None and one.size == (half, rows) for one in cameras):
+        picture, right = picture[:, :half], picture[:, half:]
+    camera = of_size(cameras, picture.shape[1], rows, file)
+    if right is not None:
+        if camera.right is None:
+            raise CameraFault(f"{file} describes one eye, but there are two pictures")
+        return StereoView.of(picture, right, camera, x_runs), camera
+    if depth is not None:
+        return DepthView(picture, depth, camera.left, x_runs), camera
+    return View(picture, camera.left, x_runs), camera
 
 
 def _check_size(picture: "np.ndarray", eye: Intrinsics) -> None:
