@@ -8,6 +8,8 @@ from collections.abc import Collection, Iterator, Mapping
 from functools import cache, cached_property
 from typing import Any
 
+from .quantity import is_number
+
 ANNOTATIONS = (
     "unit",
     "title",
@@ -77,18 +79,9 @@ def validator(schema: Mapping[str, Any]) -> Validator:
     return Validator(schema)
 
 
-SAYS_NOTHING = {
-    "unit",
-    "summary",
-    "title",
-    "description",
-    "default",
-    "examples",
-    "format",
-    "contentMediaType",
-}
+SAYS_NOTHING = {*ANNOTATIONS, "summary", "format"}
 KINDS = {
-    "number": lambda value: _is_number(value),
+    "number": is_number,
     "integer": lambda value: type(value) is int,
     "string": lambda value: isinstance(value, str),
     "boolean": lambda value: isinstance(value, bool),
@@ -96,10 +89,10 @@ KINDS = {
 }
 RULES = {
     "type": lambda value, wanted, _: isinstance(wanted, str) and KINDS.get(wanted, _never)(value),
-    "minimum": lambda value, least, _: _is_number(value) and value >= least,
-    "maximum": lambda value, most, _: _is_number(value) and value <= most,
-    "exclusiveMinimum": lambda value, least, _: _is_number(value) and value > least,
-    "exclusiveMaximum": lambda value, most, _: _is_number(value) and value < most,
+    "minimum": lambda value, least, _: is_number(value) and value >= least,
+    "maximum": lambda value, most, _: is_number(value) and value <= most,
+    "exclusiveMinimum": lambda value, least, _: is_number(value) and value > least,
+    "exclusiveMaximum": lambda value, most, _: is_number(value) and value < most,
     "enum": lambda value, known, _: isinstance(value, str) and value in known,
     "required": lambda value, names, _: isinstance(value, dict) and value.keys() >= {*names},
     "minProperties": lambda value, least, _: isinstance(value, dict) and len(value) >= least,
@@ -124,10 +117,6 @@ def plainly_right(schema: Any, value: Any) -> bool:
 
 def _never(_: Any) -> bool:
     return False
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def check_schema(schema: Mapping[str, Any]) -> None:

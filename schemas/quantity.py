@@ -110,6 +110,11 @@ def is_quantity(value: object) -> "TypeGuard[Quantity[Any]]":
     return hasattr(value, "magnitude") and hasattr(value, "units")
 
 
+def is_number(value: object) -> "TypeGuard[int | float]":
+    """True for a number without a unit; `true` is none."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
 @lru_cache(maxsize=4096)
 def unit_of(text: str, wanted: str | None = None) -> Any:
     """The pint unit that a text names; raises UnitError for an unknown one.

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from ...schemas.quantity import UnitError, is_quantity, magnitude_in, unit_of
+from ...schemas.quantity import UnitError, is_number, is_quantity, magnitude_in, unit_of
 from ..language.fold import MOST_ITEMS, Case, Folding, is_linear, name_item
 from ..language.functions import LITERAL
 from ..language.grid import Grid, Span
@@ -229,7 +229,7 @@ def _constant(number: float, unit: str | None = None) -> Numbers:
 def _number(value: Any) -> Numbers:
     if is_quantity(value):
         return _constant(float(value.magnitude), str(value.units))
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if not is_number(value):
         raise NotHere
     return _constant(float(value))
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...schemas.journal import Points, Started, ended_as
+from ...schemas.quantity import is_number
 from ...schemas.summary import Summary
 from ..journal.encode import QUANTITY_KEY
 from ..journal.journal import JournalFault, read_records
@@ -66,8 +67,7 @@ class Entry(NamedTuple):
         number, unit = (
             param.get(QUANTITY_KEY, (None, "")) if isinstance(param, dict) else (param, "")
         )
-        numeric = isinstance(number, int | float) and not isinstance(number, bool)
-        return (float(number), unit) if numeric else None
+        return (float(number), unit) if is_number(number) else None
 
     def words(self) -> str:
         """All its text, in small letters: what a search for a word looks through."""

@@ -12,7 +12,7 @@ from datetime import UTC, date, datetime, time, timedelta
 from math import isfinite, nan
 from typing import Any
 
-from ...schemas.quantity import UnitError, magnitude_in
+from ...schemas.quantity import UnitError, is_number, magnitude_in
 from ..journal.encode import QUANTITY_KEY
 from ..language.suggest import did_you_mean
 from ..run.came_to import value_text
@@ -127,7 +127,7 @@ def _holds(ours: Any, sign: str, text: str) -> bool:
     if isinstance(ours, dict) and QUANTITY_KEY in ours:
         ours, unit = ours[QUANTITY_KEY]
     theirs = number_in(text, unit)
-    if theirs is None or isinstance(ours, bool) or not isinstance(ours, int | float):
+    if theirs is None or not is_number(ours):
         same = text.lower() in (value_text(ours).lower(), str(ours).lower())
         return {"=": same, "!=": not same}.get(sign, False)
     close = abs(ours - theirs) <= CLOSE * max(abs(ours), abs(theirs))

@@ -13,7 +13,7 @@ from functools import cmp_to_key
 from itertools import pairwise
 from typing import Any
 
-from ...schemas.quantity import has_offset, is_quantity, magnitude_in, quantity
+from ...schemas.quantity import has_offset, is_number, is_quantity, magnitude_in, quantity
 from .least_squares import least_squares
 from .operators import (
     OPERATORS,
@@ -22,7 +22,6 @@ from .operators import (
     difference,
     divide,
     fit,
-    is_number,
     power,
     words,
 )  # fmt: skip

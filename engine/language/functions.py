@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from typing import Any
 
-from ...schemas.quantity import is_quantity, quantity, quantity_text
+from ...schemas.quantity import is_number, is_quantity, quantity, quantity_text
 from .calculations import CALCULATIONS
 from .grid import LONGEST, Grid, Span, grid, span
 from .inside import inside
@@ -82,7 +82,7 @@ def a_round(value: Any, digits: int = 0) -> Any:
         return None
     if is_quantity(value):
         return quantity(round(value.magnitude, digits), str(value.units))
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if not is_number(value):
         raise OperatorFault(f"round: {words(value)} is not a number")
     return round(value, digits) if digits else round(value)
 

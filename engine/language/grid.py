@@ -6,6 +6,7 @@ from typing import Any, overload
 from ...schemas.quantity import (
     degree,
     has_offset,
+    is_number,
     is_quantity,
     magnitude_in,
     number_text,
@@ -110,9 +111,7 @@ def _does_not_divide(first: float, last: float, step: float, unit: str | None) -
 
 def _unit(*values: Any) -> str | None:
     for value in values:
-        if (not isinstance(value, int | float) and not is_quantity(value)) or isinstance(
-            value, bool
-        ):
+        if not (is_number(value) or is_quantity(value)):
             raise GridFault(f"span: {value!r} is not a number")
     for value in values:
         if is_quantity(value):

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ...schemas.quantity import UnitError, is_quantity, magnitude_in
+from ...schemas.quantity import UnitError, is_number, is_quantity, magnitude_in
 from .operators import OperatorFault, words
 
 MOST_POINTS = 1_000_000
@@ -60,7 +60,7 @@ def _number(name: str, value: Any, unit: str | None) -> float:
             return float(magnitude_in(value, unit or ""))
         except UnitError as fault:
             raise OperatorFault(f"inside: {name}: {fault}") from fault
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if not is_number(value):
         raise OperatorFault(f"inside: {name} is {words(value)}, not a number")
     return float(value)
 

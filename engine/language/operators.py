@@ -15,6 +15,7 @@ from ...schemas.quantity import (
     cancels_out,
     degree,
     has_offset,
+    is_number,
     is_quantity,
     kind_of_unit,
     number_text,
@@ -51,10 +52,6 @@ def words(value: Any) -> str:
     )
 
 
-def is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
 def fit(a: Any, b: Any, verb: str) -> tuple[Any, Any]:
     """Two values of one dimension; a bare 0 takes the unit of the other."""
     if is_quantity(a) and is_number(b) and b == 0:
@@ -63,7 +60,7 @@ def fit(a: Any, b: Any, verb: str) -> tuple[Any, Any]:
         return quantity(0, str(b.units)), b
     if is_quantity(a) != is_quantity(b):
         raise OperatorFault(f"{words(a)} and {words(b)} cannot be {verb}: one of them has no unit")
-    if is_quantity(a):
+    if is_quantity(a) and is_quantity(b):
         if not a.units.is_compatible_with(b.units):
             raise OperatorFault(
                 f"{words(a)} is {kind_of_unit(str(a.units))} and {words(b)} is "

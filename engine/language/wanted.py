@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...schemas.lab import Limit
-from ...schemas.quantity import UnitError, kind_of_unit, magnitude_in, number_text
+from ...schemas.quantity import UnitError, is_number, kind_of_unit, magnitude_in, number_text
 from .suggest import listed
 
 TYPE_WORDS = {
@@ -68,8 +68,8 @@ def wants(schema: Mapping[str, Any]) -> str:
 
 def quotes_for_text(value: Any, schema: Mapping[str, Any]) -> str:
     """The hint for a number where text is expected; else nothing."""
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return f'write "{value}" for text' if is_number and schema.get("type") == "string" else ""
+    fits = is_number(value) and schema.get("type") == "string"
+    return f'write "{value}" for text' if fits else ""
 
 
 def bounds(schema: Mapping[str, Any], limit: Limit | None) -> tuple[float | None, float | None]:
@@ -111,7 +111,7 @@ def bounds_text(schema: Mapping[str, Any], limit: Limit | None) -> str:
 def check_limit(value: Any, wanted: Wanted) -> None:
     """Raise ArgumentFault for a number outside the limits of this bench."""
     limit = wanted.limit
-    if limit is None or isinstance(value, bool) or not isinstance(value, int | float):
+    if limit is None or not is_number(value):
         return
     try:
         low, high = _bare(limit.minimum, wanted.schema), _bare(limit.maximum, wanted.schema)

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ...schemas.quantity import is_number
 from ...system.files import put
 from ..models.devices import DeviceHistory, DeviceState, HistoryValue, Series, Trouble
 
@@ -84,7 +85,7 @@ class Histories:
         minute = self._minutes.setdefault(device, _Minute(at))
         minute.words[state.word] = minute.words.get(state.word, 0) + 1
         for name, value in state.status.items():
-            if isinstance(value, int | float) and type(value) is not bool and math.isfinite(value):
+            if is_number(value) and math.isfinite(value):
                 low, high, _ = minute.numbers.get(name, (value, value, value))
                 minute.numbers[name] = min(low, value), max(high, value), value
 

@@ -1,6 +1,6 @@
 """Position of a device on one axis, by its latest report."""
 
-from ...schemas.quantity import magnitude_in
+from ...schemas.quantity import is_number, magnitude_in
 from ..local.refusal import Refusal
 from ..models.devices import Axis
 from .device_link import DeviceLink
@@ -20,7 +20,7 @@ def where_mm(device_link: DeviceLink, axis: Axis) -> float:
                 409, "OLD_STATUS", f"{device_link.name} has not reported its position for a while"
             )
         value = device_link.status.get(axis)
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if not is_number(value):
         raise Refusal(409, "NO_POSITION", f"{device_link.name} does not know its {axis} position")
     unit = device_link.contract.status.get("properties", {}).get(axis, {}).get("unit", "mm")
     return magnitude_in(f"{value!r} {unit}", "mm")

@@ -9,7 +9,7 @@ from ...engine.views.count import RunCounts
 from ...engine.views.forecast import Outlook
 from ...schemas import protocol as p
 from ...schemas.lab import Lab
-from ...schemas.quantity import seconds
+from ...schemas.quantity import is_number, seconds
 from ..models.protocols import SpanS
 from .timings import Spread, Timings
 
@@ -84,7 +84,7 @@ def _spread(bound: BoundRole, name: str, timings: Timings, lab: Lab | None) -> S
 def _speed(lab: Lab | None, device: str) -> float:
     """How many times faster than real a twin's clock runs; one that only counts is not slow."""
     clock = lab.devices[device].config.get("clock") if lab is not None and lab.simulated else None
-    if isinstance(clock, int | float) and not isinstance(clock, bool) and clock > 0:
+    if is_number(clock) and clock > 0:
         return float(clock)
     return inf if clock == "fast" else 1.0
 

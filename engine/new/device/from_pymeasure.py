@@ -11,8 +11,9 @@ from typing import Any
 
 from ....drivers.bridges.library import instrument_class
 from ....drivers.bridges.pymeasure import PACKAGE, made_of, together
+from ....schemas.quantity import is_number
 from ..protocol import CannotMake
-from .metadata import choices, is_number, method, unit_in
+from .metadata import choices, method, unit_in
 from .sources import Described
 
 KINDS = {"boolean": r"\bbool", "string": r"\bstr(ing)?\b", "array": r"\barray\b|\blist\b"}

@@ -18,8 +18,9 @@ from unittest.mock import patch
 
 from ....drivers.bridges.library import instrument_class
 from ....drivers.bridges.qcodes import PACKAGE, choice_text
+from ....schemas.quantity import is_number
 from ..protocol import CannotMake
-from .metadata import choices, is_number, method, unit
+from .metadata import choices, method, unit
 from .sources import Described
 
 Actions = dict[str, dict[str, Any]]

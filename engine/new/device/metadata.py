@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from enum import Enum
 from typing import Any, Literal, Union, get_args, get_origin
 
-from ....schemas.quantity import UnitError, unit_of
+from ....schemas.quantity import UnitError, is_number, unit_of
 
 Schema = dict[str, Any]
 UNITS = {
@@ -59,11 +59,6 @@ def _value(one: Any) -> Any:
     if not isinstance(one, Enum):
         return one
     return one.value if isinstance(one, (str, int)) else one.name
-
-
-def is_number(value: Any) -> bool:
-    """True for a number that is no boolean."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def of_annotation(annotation: Any) -> Schema | None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from ....schemas.contract import Action, Contract
 from ....schemas.lab import Limit
-from ....schemas.quantity import UnitError, magnitude_in, same_dimension
+from ....schemas.quantity import UnitError, is_number, magnitude_in, same_dimension
 from ...lab.bind import BoundRole
 
 AXES = ("x", "y")
@@ -117,6 +117,6 @@ def _mm(edge: Any, unit: str, otherwise: float) -> float:
 def in_mm(value: Any, unit: str) -> float:
     """A length in mm; a bare number is in `unit`. Raises UnitError for anything else."""
     number = magnitude_in(value, unit)
-    if isinstance(number, bool) or not isinstance(number, int | float):
+    if not is_number(number):
         raise UnitError(f"{number!r} is not a length")
     return float(magnitude_in(f"{number!r} {unit}", "mm")) if unit != "mm" else float(number)
