@@ -28,7 +28,7 @@ async def reach(controller: Controller, boot_s: float) -> None:
         _check_age(controller)
         lines = await controller.ask("$$")
         settings = Settings.read(lines, await _options(controller))
-        if "FluidNC" in controller.firmware:
+        if controller.kind.own_scale:
             settings = replace(settings, homes_at=await _homes_at(controller, settings.axes))
         if settings.unfit:
             raise OSError(f"{controller.port.name}: {settings.unfit}")

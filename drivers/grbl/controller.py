@@ -11,7 +11,7 @@ from ..serial_io.any_port import lost_words, open_port
 from ..serial_io.condition import Condition
 from ..serial_io.open_port import OpenPort
 from .faults import Alarmed, GrblRefused
-from .messages import alarm_words, is_unhomed
+from .firmware import Firmware, firmware_of
 from .parse_line import Lines, ParsedLine, understand
 from .report import Report, ReportReader
 from .settings import Settings
@@ -94,6 +94,11 @@ class Controller:
         self.until = self._condition.until
 
     @property
+    def kind(self) -> Firmware:
+        """Which firmware it has told of: GRBL, until it has told of another."""
+        return firmware_of(self.firmware)
+
+    @property
     def lost(self) -> str:
         """Why its port is not open; empty if it is."""
         return self.why if self.contact is Contact.CLOSED else ""
@@ -106,9 +111,7 @@ class Controller:
     def write(self, data: bytes) -> None:
         """Send bytes that take effect at once, ahead of all lines; nothing if the port is lost."""
         if not self.lost:
-            # FluidNC takes bytes above 127 as UTF-8, and ignores them alone.
-            fluid = "FluidNC" in self.firmware
-            self.port.write(data.decode("latin-1").encode() if fluid else data)
+            self.port.write(data.decode("latin-1").encode() if self.kind.utf8 else data)
 
     def reset(self) -> None:
         """Send Ctrl-X; the boot that follows is then expected."""
@@ -236,7 +239,7 @@ class Controller:
             case "ok" if self._in_flight:
                 self._settle(None)
             case "error" if self._in_flight:
-                self._settle(GrblRefused(said.code, self.firmware))
+                self._settle(GrblRefused(said.code, self.kind))
             case "report":
                 self._hear_report(said.text)
             case "alarm":
@@ -274,13 +277,13 @@ class Controller:
             self.on_report()
 
     def _hear_alarm(self, code: int) -> None:
-        self.alarm, self.homed = alarm_words(code, self.firmware), False
-        if is_unhomed(code, self.firmware):
+        self.alarm, self.homed = self.kind.alarm(code), False
+        if code == self.kind.unhomed:
             return
         # An `ok` that comes after this is not a success: nothing waits for it any more.
         if self.contact is not Contact.WANTS_RESET:
             self.contact = Contact.ALARMED
-        self._fail(Alarmed(code, self.firmware))
+        self._fail(Alarmed(code, self.kind))
         self.on_alarm()
 
     def _hear_boot(self, firmware: str) -> None:

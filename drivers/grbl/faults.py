@@ -2,14 +2,14 @@
 
 from ...schemas.contract import Happened
 from ..motion.faults import MotionFault, Refused
-from .messages import alarm_words, error_words
+from .firmware import GRBL, Firmware
 
 
 class GrblRefused(Refused):
     """`error:N`: the line was not accepted."""
 
-    def __init__(self, code: int, firmware: str = "") -> None:
-        super().__init__(f"it answered {error_words(code, firmware)}")
+    def __init__(self, code: int, firmware: Firmware = GRBL) -> None:
+        super().__init__(f"it answered {firmware.error(code)}")
         self.code = code
         self.error = "SoftLimit" if code == 15 else "Alarm"
 
@@ -17,8 +17,8 @@ class GrblRefused(Refused):
 class Alarmed(MotionFault):
     """`ALARM:N` while a line was being executed."""
 
-    def __init__(self, code: int, firmware: str = "") -> None:
-        super().__init__(f"it answered {alarm_words(code, firmware)}")
+    def __init__(self, code: int, firmware: Firmware = GRBL) -> None:
+        super().__init__(f"it answered {firmware.alarm(code)}")
         self.code = code
 
 

@@ -260,10 +260,8 @@ class Grbl(GrblDialect):
             await asyncio.sleep(0.05)
 
     def _name(self) -> str:
-        firmware = self.controller.firmware
-        kind = next((name for name in ("HAL", "FluidNC") if name in firmware), "GRBL")
-        kind = kind.replace("HAL", "grblHAL")
-        return f"{self.place.device} ({kind} on {self.controller.port.name})"
+        c = self.controller
+        return f"{self.place.device} ({c.kind.name} on {c.port.name})"
 
     async def _look(self) -> Point | None:
         return None if self.controller.dead else (await self.controller.look()).machine

@@ -108,34 +108,14 @@ FLUIDNC_ERRORS: dict[int, str] = {
     162: "the setting cannot be changed",
 }
 
-UNHOMED = 14
 FLUIDNC_ALARMS: dict[int, str] = {
     10: "the spindle did not answer",
     11: "a limit switch or control input was engaged when it started. Release it, unlock, home",
     12: "more than one limit switch was engaged. Move off them by hand, home",
     13: "the probe stopped it. See what it touches, unlock, home",
-    UNHOMED: "it must be homed. Home it",
+    14: "it must be homed. Home it",
     15: "it has just started. Home it",
     16: "a board of more inputs and outputs restarted. Home it",
     17: "a line of a file or macro on it failed. Unlock, and home",
     18: "the probe touched where nothing was to be probed. See what it touches, unlock, home",
 }
-
-
-def error_words(code: int, firmware: str = "") -> str:
-    """`error:9` with its meaning."""
-    own = "FluidNC" in firmware and code > COMMON_ERRORS
-    known = FLUIDNC_ERRORS if own else ERRORS
-    return f"error:{code} ({known.get(code, 'a number that labrun does not know')})"
-
-
-def is_unhomed(code: int, firmware: str) -> bool:
-    """FluidNC's lock at power-up, told as an alarm, at a time of its own: it answers as before."""
-    return "FluidNC" in firmware and code == UNHOMED
-
-
-def alarm_words(code: int, firmware: str = "") -> str:
-    """`ALARM:1` with its meaning and what to do."""
-    own = "FluidNC" in firmware and code > COMMON_ALARMS
-    known = FLUIDNC_ALARMS if own else ALARMS
-    return f"ALARM:{code}: {known.get(code, 'a number that labrun does not know')}"

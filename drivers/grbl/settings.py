@@ -1,9 +1,24 @@
 """A controller's `$` settings, as far as a gantry needs them."""
 
 import math
+import re
 from dataclasses import dataclass, field
 
 from ..motion.bench import LETTERS, Point
+
+AXIS_OR_PLACE = re.compile(r"^ *(?:([xyzabc]):|mpos_mm: (-?\d+(?:\.\d+)?))\s*$", re.MULTILINE)
+
+
+def homes_at_of(configuration: str) -> dict[int, float]:
+    """Where FluidNC's axes are after homing, from its configuration; one that does not home is left out."""
+    places: dict[int, float] = {}
+    axis = -1
+    for letter, place in AXIS_OR_PLACE.findall(configuration):
+        if letter:
+            axis = LETTERS.index(letter.upper())
+        else:
+            places[axis] = float(place)
+    return places
 
 
 @dataclass(frozen=True, slots=True)

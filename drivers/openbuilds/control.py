@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...system.tasks import end
 from ..grbl.faults import Alarmed, GrblRefused
-from ..grbl.messages import alarm_words, error_words
+from ..grbl.firmware import Firmware, firmware_of
 from ..motion.faults import Lost, MotionFault, NotConnected, Restarted, Silent
 from ..serial_io.condition import Condition
 from .proofs import Proofs
@@ -65,6 +65,8 @@ class Control:
         self._reset_until = 0.0
         self.probed: list[str] = []
         self.settings: dict[str, str] = {}
+        self.configuration = ""
+        self.banner = ""
         self.disconnected = "it has not been connected yet"
         self._http: aiohttp.ClientSession | None = None
         self._sio: socketio.AsyncClient | None = None
@@ -88,7 +90,7 @@ class Control:
         for event, take in (
             ("connect", self._connected), ("disconnect", self._gone), ("status", self._status),
             ("ok", self._ok), ("data", self._data), ("toastError", self._error),
-            ("toastErrorAlarm", self._alarm),
+            ("toastErrorAlarm", self._alarm), ("fluidncConfig", self._configured),
         ):  # fmt: skip
             sio.on(event, take)
         try:
@@ -129,6 +131,11 @@ class Control:
         if self.view is None or self.view.connection in (NONE, OPENING):
             return f"OpenBuilds CONTROL at {self.url} has no port open; is the cable plugged in?"
         return ""
+
+    @property
+    def kind(self) -> Firmware:
+        """Which firmware it is, by its banner or as CONTROL calls it: GRBL, until either is known."""
+        return firmware_of(self.banner or (self.view.firmware if self.view else ""))
 
     def unsettle(self) -> None:
         """Note that something has moved: the reported position may be up to 0.9 s old."""
@@ -276,6 +283,7 @@ class Control:
             if found := PROBED.search(line):
                 self.probed.append(found[1])
             if BANNER.search(line):
+                self.banner = line
                 self._booted()
         self._condition.set()
 
@@ -291,14 +299,21 @@ class Control:
     def _error(self, text: Any = "") -> None:
         code = _number(text)
         # CONTROL's queue is halted from here on, until it is cleared.
-        self.alarm = f"{error_words(code)}; its queue is halted. Unlock it"
-        self.proofs.fail(GrblRefused(code))
+        self.alarm = f"{self.kind.error(code)}; its queue is halted. Unlock it"
+        self.proofs.fail(GrblRefused(code, self.kind))
         self._condition.set()
 
     def _alarm(self, text: Any = "") -> None:
         code = _number(text)
-        self._not_trusted(alarm_words(code))
-        self.proofs.fail(Alarmed(code))
+        if code == self.kind.unhomed:
+            self.homed = False
+            return
+        self._not_trusted(self.kind.alarm(code))
+        self.proofs.fail(Alarmed(code, self.kind))
+        self._condition.set()
+
+    def _configured(self, text: Any = "") -> None:
+        self.configuration = str(text)
         self._condition.set()
 
     def _not_trusted(self, why: str) -> None:

@@ -8,6 +8,7 @@ Configuration: `url` (http://localhost:3000), `port` (the serial port, as CONTRO
 import asyncio
 import contextlib
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any, ClassVar
 
 from ...system.tasks import end, keep
@@ -15,7 +16,7 @@ from ..driver import ActionFailed, GoalContext, Place
 from ..grbl.dialect import GrblDialect, zero_line
 from ..grbl.jog import words_of
 from ..grbl.report import ReportReader
-from ..grbl.settings import Settings
+from ..grbl.settings import Settings, homes_at_of
 from ..motion.bench import LETTERS, Point, place_words, read_bench
 from ..motion.config import PLACING
 from ..motion.faults import Ended, Lost, MotionFault, Restarted, Silent, WrongPlace
@@ -27,6 +28,7 @@ from .watch import watch
 
 SETTINGS_S = 3.0
 SETTINGS_TRIES = 6
+CONFIGURATION_S = 10.0
 AGAIN_S = 3.0
 THERE_S = 3.0  # the position is reported up to 0.9 s late
 ZERO_S = 10.0  # the offset comes with every 30th report, five of them a second
@@ -138,6 +140,8 @@ class OpenBuilds(GrblDialect):
                 ) from fault
         lines = [f"{number}={value}" for number, value in control.settings.items()]
         settings = Settings.read(lines, control.look().options)
+        if control.kind.own_scale:
+            settings = replace(settings, homes_at=homes_at_of(await self._ask_configuration()))
         if settings.unfit:
             raise OSError(f"{self._name()}: {settings.unfit}")
         self.bench = read_bench(self.place.config, self.limits, settings.ranges)
@@ -162,6 +166,15 @@ class OpenBuilds(GrblDialect):
                     raise
                 await self._empty_the_queue()
         return None
+
+    async def _ask_configuration(self) -> str:
+        """FluidNC's own; a question for one axis is answered by an error where it does not home."""
+        control = self.control
+        control.configuration = ""
+        with self._telling("tell its configuration (`$CD`)"):
+            await control.ask("$CD", CONFIGURATION_S)
+            await control.until(lambda: bool(control.configuration), SETTINGS_S)
+        return control.configuration
 
     async def _empty_the_queue(self) -> None:
         before = self.control.boots

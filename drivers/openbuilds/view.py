@@ -26,6 +26,7 @@ class View:
     active_port: str
     alarm: str
     options: str  # the letters of the firmware's build options
+    firmware: str  # as CONTROL calls it: gnea, grblHAL, FluidNC
     pins: str
     overrides: tuple[int, ...]
 
@@ -45,6 +46,7 @@ def read_view(status: Any) -> View | None:
     try:
         comms, position = status["comms"], status["machine"]["position"]
         machine, axes = status["machine"], "xyz"
+        firmware = machine.get("firmware") or {}
         if machine.get("has4thAxis"):
             axes += "a"
         overrides = machine.get("overrides") or {}
@@ -55,7 +57,8 @@ def read_view(status: Any) -> View | None:
             _point(position["offset"], axes),
             str((comms.get("interfaces") or {}).get("activePort") or ""),
             str(comms.get("alarm") or ""),
-            "".join(map(str, (machine.get("firmware") or {}).get("features") or ())),
+            "".join(map(str, firmware.get("features") or ())),
+            str(firmware.get("platform") or ""),
             "".join(map(str, machine.get("inputs") or ())),
             tuple(int(overrides[name]) for name in OVERRIDES if name in overrides),
         )

@@ -489,6 +489,12 @@ class Peer:
                 return self.say("error:3")
             self.say(f"{text}={self.homes_at[AXES.index(found[1])]:.3f}")
             return self._ok(text)
+        if self.fluid and line == "$CD":
+            self.say("axes:")
+            for letter, place in zip(AXES, self.homes_at, strict=True):
+                for text_ in (f"  {letter.lower()}:", "    homing:", f"      mpos_mm: {place:.3f}"):
+                    self.say(text_)
+            return self._ok(text)
         if line == "$$":
             for number, value in self.settings.items():
                 whole = isinstance(value, int)

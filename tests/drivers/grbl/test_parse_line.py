@@ -2,7 +2,7 @@
 
 import pytest
 
-from labrun.drivers.grbl.messages import alarm_words, error_words
+from labrun.drivers.grbl.firmware import GRBL, firmware_of
 from labrun.drivers.grbl.parse_line import Lines, understand
 
 
@@ -60,9 +60,12 @@ def test_noise_without_an_end_does_not_fill_the_memory():
 
 
 def test_numbers_above_grbls_own_mean_what_the_firmware_says():
-    fluid = "Grbl 4.0 FluidNC v4.0.5"
+    fluid = firmware_of("Grbl 4.0 FluidNC v4.0.5")
 
-    assert alarm_words(14) == "ALARM:14: the spindle did not answer"
-    assert alarm_words(14, fluid) == "ALARM:14: it must be homed. Home it"
-    assert "password" in error_words(110, fluid) and "password" in error_words(77)
-    assert (alarm_words(2, fluid), error_words(9, fluid)) == (alarm_words(2), error_words(9))
+    assert GRBL.alarm(14) == "ALARM:14: the spindle did not answer"
+    assert fluid.alarm(14) == "ALARM:14: it must be homed. Home it"
+    assert "password" in fluid.error(110) and "password" in GRBL.error(77)
+    assert (fluid.alarm(2), fluid.error(9)) == (GRBL.alarm(2), GRBL.error(9))
+    assert [firmware_of(told).name for told in ("GrblHAL 1.1f", "grblHAL", "Grbl 1.1h", "gnea")] == [
+        "grblHAL", "grblHAL", "GRBL", "GRBL",
+    ]  # fmt: skip

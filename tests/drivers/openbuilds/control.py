@@ -4,7 +4,8 @@ It acknowledges nothing, asks `?` every 0.2 s and tells `status` every 0.1 s (so
 false), says `jobComplete` when all is sent, adds a `$G` after a line with G90, stands still after an
 error until it is cleared (a locked board, its status 5, hears what it is sent), and ignores `pause`
 outside jobs. It counts a port as connected when it is open, while the board still boots and loses
-what is sent, and closes it if no banner comes; a report of `Alarm` is its status 5.
+what is sent, and closes it if no banner comes; a report of `Alarm` is its status 5. FluidNC's answer
+to `$CD` is an event of its own.
 """
 
 import asyncio
@@ -40,6 +41,8 @@ class Control:
             0.0  # it closes a port on which nothing has responded by then; 2 s on the real one
         )
         self.completed = 0
+        self.platform = ""
+        self.configuration = []
         self.file = None
         self.asks_from = 0.0
         self.rest = b""
@@ -83,6 +86,7 @@ class Control:
     def _status(self):
         return {
             "machine": {
+                "firmware": {"platform": self.platform},
                 "position": {"work": dict(self.work), "offset": dict(self.offset)},
                 "overrides": dict(self.overrides),
             },
@@ -210,10 +214,14 @@ class Control:
 
     def _hear(self, text):
         self._emit("data", {"command": self.sent or "", "response": text, "type": "info"})
+        if text.startswith("Grbl"):
+            self.platform = "FluidNC" if "FluidNC" in text else "gnea"
         if text.startswith("<"):
             self._report(text)
         elif text == "ok":
             line, self.sent = self.sent, None
+            if line == "$CD":
+                self._emit("fluidncConfig", "\n".join(self.configuration))
             if line is not None:
                 self._emit("ok", line)
                 self._emit("jobComplete", {"completed": True, "failed": True})
@@ -223,6 +231,8 @@ class Control:
         elif found := re.fullmatch(r"error:(\d+)", text):
             self.connection = 5
             self._emit("toastError", f"error: {found[1]} - in words [ {self.sent} ]")
+        elif self.sent == "$CD":
+            self.configuration.append(text)
         elif found := re.fullmatch(r"ALARM:(\d+)", text):
             self.connection = 5
             if found[1] != "5":

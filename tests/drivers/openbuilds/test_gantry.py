@@ -8,6 +8,7 @@ import pytest
 
 from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
 from labrun.drivers.find import check_driver
+from labrun.drivers.grbl.faults import GrblRefused
 from labrun.drivers.openbuilds.gantry import OpenBuilds
 from labrun.schemas.contracts import shipped_contracts
 
@@ -101,6 +102,25 @@ def test_a_board_that_is_locked_at_power_up_is_no_alarm_and_home_first_homes_it(
     assert locked["alarm"].startswith("it is locked until it is homed")
     assert not {"x", "work_x"} & set(locked)
     assert place["x"] == pytest.approx(3, abs=0.005)
+
+
+def test_fluidnc_behind_it_has_its_own_scale_and_its_own_numbers(peers, played):
+    peer = peers(fluid=True, homes_at=(-7.0, 5.0, 3.0), settings={20: 1, 23: 2})
+
+    async def story(driver, control):
+        locked = await until(driver, lambda s: s["state"] == "alarm")
+        place = await driver.move_to(GoalContext("m"), x=3, y=2)
+        peer.refuses["$X"] = 40
+        with pytest.raises(GrblRefused) as refused:
+            await driver.control.ask("$X", 60)
+        return locked, place, driver.bench.origin, refused.value
+
+    locked, place, origin, refused = played(peer, story, homed=False, home_first=True)
+
+    assert locked["alarm"].startswith("it is locked until it is homed")
+    assert (place["x"], place["y"]) == pytest.approx((3, 2), abs=0.005)
+    assert origin == (-7.0 - 810.0, 5.0, 3.0 - 90.0)
+    assert "limit switch or control input is engaged" in str(refused)
 
 
 def test_what_a_locked_board_loses_while_it_boots_is_asked_again(peers, played, monkeypatch):
