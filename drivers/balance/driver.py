@@ -22,7 +22,7 @@ SURE_STEPS = 20
 """A load that a tare has taken away is told from none if it is so many steps of the display."""
 TARED, RUNS_KEPT = "tared.json", 100
 """Run -> its newest zero or tare, and the tare memory then."""
-ANSWER = r"{} +(?:([SDA]) +(-?\d+\.?\d*) (\S+)|([AIL+-])|A (.+)) *|(E[STL])"
+ANSWER = r"{} +(?:([SDA]) +(-?\d+\.?\d*) (\S+)|([AIL+-])|A (.+)|S (?P<fault>Error \S+)) *|(E[STL])"
 FAULTS = {
     "ES": "it does not know the command: is MT-SICS, level 1, switched on in its menu?",
     "ET": "it could not read the bytes: check baud rate, bits and parity in its menu",
@@ -250,6 +250,12 @@ class Balance(Driver):
         heard: list[str] = []
         for _ in range(tries):
             found, heard = await self._line.ask(command, answer, wait_s)
+            if found and found["fault"]:
+                start = self._line.port.asked_and_answered(command, heard[-1])
+                raise ActionFailed(
+                    "Rejected",
+                    f"{start}: a fault of its own, which its manual names; switch it off and on",
+                )
             if found and heard[-1] not in FAULTS:
                 return [word for word in found.groups() if word]
         if heard and heard[-1] in FAULTS:

@@ -351,10 +351,14 @@ def test_a_balance_that_is_off_is_silent(emulator):
     assert "was sent 'SI' and was silent: is it on" in cannot_open(balance(emulator))
 
 
-def test_bytes_that_it_cannot_read_are_its_own_word(emulator):
-    emulator.says = "ET"
+@pytest.mark.parametrize(
+    ("says", "words"),
+    [("ET", "it could not read the bytes"), ("S S Error 10b", "a fault of its own")],
+)
+def test_bytes_that_it_cannot_read_and_faults_are_its_own_word(emulator, says, words):
+    emulator.says = says
 
-    assert "answered 'ET': it could not read the bytes" in cannot_open(balance(emulator))
+    assert f"answered {says!r}: {words}" in cannot_open(balance(emulator))
 
 
 def test_a_port_that_another_program_uses_is_a_sentence(emulator):
