@@ -22,7 +22,7 @@ from ..find import DriverFault
 from ..window_program.buttons import Buttons, ButtonsFault, read_buttons
 from ..window_program.desktop import window_on_screen
 from ..window_program.faults import failure_of, put_picture
-from ..window_program.program import NoScreen, NotClicked, Program, Seen, Trouble
+from ..window_program.program import Aim, Hangs, NoScreen, NotClicked, Program, Seen, Trouble
 from .exports import Exports
 from .settings import SciapsGuiSettings
 
@@ -134,8 +134,7 @@ class SciapsGui(Driver):
 
     async def measure(self, goal: GoalContext) -> dict[str, Any]:
         self.program.permission.allow(goal.cancelled.is_set)
-        await self.ready(goal, "measure")
-        aim = await self.tried("measure", "no", lambda: self.program.aim("measure", 0.0))
+        aim = await self._aimed(goal)
         shot = self._begun(goal, await self._cache_before())
         self._measuring = True
         try:
@@ -143,6 +142,24 @@ class SciapsGui(Driver):
             return await self._watched(goal, shot)
         finally:
             self._measuring = False
+
+    async def _aimed(self, goal: GoalContext) -> Aim:
+        """Aim at `measure` in an idle program; one that hangs just then is waited for."""
+        end = time.monotonic() + self.settings.busy_s
+
+        def aim() -> Aim | None:
+            try:
+                return self.program.aim("measure", 0.0)
+            except Hangs:
+                if time.monotonic() > end:
+                    raise
+                return None
+
+        while True:
+            await self.ready(goal, "measure")
+            aimed = await self.tried("measure", "no", aim)
+            if aimed is not None:
+                return aimed
 
     async def _cache_before(self) -> set[str]:
         try:
@@ -162,7 +179,7 @@ class SciapsGui(Driver):
                 "measure", "Rejected", f"{fault}; nothing was clicked", "no"
             ) from fault
 
-    async def _press(self, goal: GoalContext, shot: Shot, aim: Any) -> None:
+    async def _press(self, goal: GoalContext, shot: Shot, aim: Aim) -> None:
         def press() -> None:
             if goal.cancelled.is_set():  # a stop came while it waited, looked and aimed
                 raise NotClicked("it was stopped")

@@ -23,6 +23,10 @@ class NotClicked(Exception):
     """The mouse button was certainly not pressed; the text says why."""
 
 
+class Hangs(NotClicked):
+    """The program did not respond when it was to be clicked; it may do so again."""
+
+
 class Hands:
     """The mouse and keyboard of one screen; raises NoScreen if there is none."""
 

@@ -16,7 +16,7 @@ from .by_name import found_in, look_by_name
 from .check_box import ticked
 from .controls import Controls
 from .desktop import open_controls, open_windows
-from .hands import Hands, NotClicked
+from .hands import Hands, Hangs, NotClicked
 from .looking import look_in
 from .match import Hit, Sighting, common_scale, differs, look_for
 from .permission import Permission
@@ -229,17 +229,27 @@ class Program:
         raise Trouble(state, sight.words() + cover)
 
     def aim(self, name: str, timeout_s: float) -> Aim:
-        """Find a button, put the mouse over it, and see that a click would reach the program."""
-        view, hit = self.wait_for(name, timeout_s)
-        button: Button = self.buttons.button(name.removesuffix(".on"))
-        if button.where == "main":
-            self._before = view
-        x, y = hit.centre
-        place = view.on_screen(x + button.at[0] * hit.scale, y + button.at[1] * hit.scale)
-        aim = Aim(name, *place, view)
-        self._hands.move(*place)
-        self._check(aim)
-        return aim
+        """Find a button, put the mouse over it, and see that a click would reach the program.
+
+        A program that hangs is waited for as well, and looked at anew.
+        """
+        end = time.monotonic() + timeout_s
+        while True:
+            view, hit = self.wait_for(name, max(0.0, end - time.monotonic()))
+            button: Button = self.buttons.button(name.removesuffix(".on"))
+            if button.where == "main":
+                self._before = view
+            x, y = hit.centre
+            place = view.on_screen(x + button.at[0] * hit.scale, y + button.at[1] * hit.scale)
+            aim = Aim(name, *place, view)
+            self._hands.move(*place)
+            try:
+                self._check(aim)
+            except Hangs:
+                if time.monotonic() >= end:
+                    raise
+            else:
+                return aim
 
     def _check(self, aim: Aim) -> None:
         if self.permission.halted:
@@ -251,7 +261,7 @@ class Program:
         if below not in (main.id, *(d.id for d in aim.view.dialogs)):
             raise NotClicked(f"at {aim.x},{aim.y} something else now covers {aim.name}")
         if self._windows.alive(main, PING_S) is False:
-            raise NotClicked(
+            raise Hangs(
                 f"the program {main.title!r} does not respond: a click would take effect later"
             )
 
@@ -452,4 +462,4 @@ def _changed(before: View, now: View, hit: Hit) -> bool:
     return differs(before.picture[rows, columns], now.picture[rows, columns])
 
 
-__all__ = ["Aim", "NoScreen", "NotClicked", "Program", "Seen", "Trouble"]
+__all__ = ["Aim", "Hangs", "NoScreen", "NotClicked", "Program", "Seen", "Trouble"]

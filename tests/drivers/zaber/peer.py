@@ -206,4 +206,4 @@ def config_of(peer, axes="xyz"):
         name: {"device": number, "microstep_um": MICROSTEP_MM * 1000}
         for number, name in enumerate(axes, 1)
     }
-    return {"port": peer.path, "stages": stages}
+    return {"port": peer.path, "stages": stages, "silence_s": 60.0}  # a busy machine is no silence
