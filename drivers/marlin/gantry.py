@@ -6,6 +6,7 @@ Configuration: `port`, `baud` (115200), `boot_s` (how long its start may take), 
 
 import asyncio
 import contextlib
+from dataclasses import replace
 from typing import Any, ClassVar
 
 from ...system.tasks import end, spawn
@@ -15,13 +16,15 @@ from ..motion.config import PLACING
 from ..motion.faults import Ended, HomingFailed, MotionFault, NotStopped, NotThere
 from ..motion.fed_gantry import FedGantry, fastest
 from .link import Link
-from .machine import Machine, read_machine, read_pins, read_place
+from .machine import Machine, read_machine, read_pins, read_place, read_ranges, read_shift
 
 CLOSED_S = 0.3
 """How long the port stays closed, so that the board notices."""
 LOOK_S = 0.05
 BROKEN_OFF_S = 3.0
 ABSOLUTE = "G90"
+SHIFTED_MM = 0.05
+"""More than the rounding of M114 and of a step."""
 STAYS_ON = "M84 S0"
 """It lets go of its motors after two minutes otherwise, and goes on trusting its position."""
 
@@ -42,6 +45,8 @@ class Marlin(FedGantry):
         self.full_power = 255.0
         self.percent: tuple[int, ...] = (100, 100)
         self._engaged = ""
+        self._shift: Point | None = None
+        self._shift_at_rest: Point | None = None
 
     async def _let_go(self) -> None:
         await self.link.close("it was closed")
@@ -59,8 +64,11 @@ class Marlin(FedGantry):
             await self._still()
         except (MotionFault, ValueError) as fault:
             raise OSError(f"{link.port.name}: Marlin was reached, but {fault}") from fault
-        self.bench = read_bench(self.place.config, self.limits, self.machine.ranges)
+        self._lay_out()
         self.tolerance = self.machine.tolerance
+
+    def _lay_out(self) -> None:
+        self.bench = read_bench(self.place.config, self.limits, self.machine.ranges)
 
     async def _reach_again(self) -> None:
         """Reopen the port; the gantry's position is then unknown."""
@@ -96,6 +104,10 @@ class Marlin(FedGantry):
             if faults := [line for line in told if "fail" in line.lower()]:
                 raise HomingFailed(f"it said `{faults[0]}`")
             await self._still()
+            ranges = read_ranges(await link.ask("M211"))  # a `G92` left before had shifted them
+            if ranges != self.machine.ranges:
+                self.machine = replace(self.machine, ranges=ranges)
+                self._lay_out()
             await link.ask(STAYS_ON)
             link.homed, link.alarm = True, ""
 
@@ -141,14 +153,36 @@ class Marlin(FedGantry):
         if self.link.halted:
             return None
         await self.link.ask(ABSOLUTE)  # a file on its card, or its screen, may have changed that
-        return await self._machine()
+        machine = await self._machine()
+        if self.link.homed and self._shifted():
+            await self._finish()  # its steps lag behind a move of another program
+            machine = await self._machine()
+            if by := self._shifted():
+                self.link.homed = False
+                self.link.alarm = (
+                    f"another program has shifted its zero by {by} (`G92`, `M206`, `M92`); home it"
+                )
+        return machine
+
+    def _shifted(self) -> str:
+        """By what its position and its steps differ more than when it came to rest; empty if they do not."""
+        now, then = self._shift, self._shift_at_rest
+        by = [] if now is None or then is None else [a - b for a, b in zip(now, then, strict=True)]
+        named = zip(LETTERS, by, strict=False)
+        return ", ".join(f"{axis} {mm:.2f} mm" for axis, mm in named if abs(mm) > SHIFTED_MM)
+
+    async def _still(self) -> Point:
+        machine = await super()._still()
+        self._shift_at_rest = self._shift
+        return machine
 
     async def _finish(self) -> None:
         await self.link.ask("M400")
         self._engaged = read_pins(await self.link.ask("M119"))
 
     async def _machine(self) -> Point:
-        place = read_place(await self.link.ask("M114"))
+        told = await self.link.ask("M114")
+        place, self._shift = read_place(told), read_shift(told, self.machine)
         if place is None:
             raise MotionFault(f"it does not report where it is; {self.link.last_words}")
         self._at = place

@@ -29,11 +29,16 @@ BUSY_S = 0.4  # 2.0 on the real one
 class Peer:
     """Start it, give `path` to a driver, look at `stands` and `heard` afterwards."""
 
-    def __init__(self, *, speed=20.0, homing_s=0.2, emergency=True, boots_on_open=True):
+    def __init__(self, *, shift=0.0, speed=20.0, homing_s=0.2, emergency=True, boots_on_open=True):
         self.rates = [41.7 * speed, 41.7 * speed, 41.7 * speed]
         self.homing_s, self.emergency, self.boots_on_open = homing_s, emergency, boots_on_open
         self.place = [3.0, 4.0, 5.0]  # where it truly is
         self.offset = [-3.0, -4.0, -5.0]  # what it believes beside that
+        self.shift = [
+            0.0,
+            0.0,
+            0.0,
+        ]  # the part of it that a G92 has made: its steps know nothing of it
         self.stands, self.heard = [], []
         self.surface = None
         self.homing_fails = False
@@ -209,7 +214,18 @@ class Peer:
                 self.number = int(words.get("N", 0))
             case "M114":
                 x, y, z = self.told
-                self.say(f"X:{x:.2f} Y:{y:.2f} Z:{z:.2f} E:0.00 Count X:0 Y:0 Z:0")
+                a, b, c = (
+                    round((at + by - shift) * per_mm)
+                    for at, by, shift, per_mm in zip(
+                        self.place, self.offset, self.shift, (80, 80, 400), strict=True
+                    )
+                )
+                self.say(f"X:{x:.2f} Y:{y:.2f} Z:{z:.2f} E:0.00 Count X:{a} Y:{b} Z:{c}")
+            case "G92":
+                for i, axis in enumerate("XYZ"):
+                    by = words.get(axis, self.told[i]) - self.told[i]
+                    self.told[i], self.offset[i] = self.told[i] + by, self.offset[i] + by
+                    self.shift[i] += by
             case "M115":
                 self.say("FIRMWARE_NAME:Marlin 2.0.9.7 (test) PROTOCOL_VERSION:1.0")
                 self.say(f"Cap:EMERGENCY_PARSER:{int(self.emergency)}")
@@ -221,7 +237,13 @@ class Peer:
                 self.say("echo:  M204 P3000.00 R3000.00 T3000.00")
             case "M211":
                 self.say("  M211 S1 ; ON")
-                self.say("  Min:  X0.00 Y0.00 Z0.00   Max:  X200.00 Y200.00 Z100.00")
+                low, high = (
+                    " ".join(
+                        f"{a}{e + by:.2f}" for a, e, by in zip("XYZ", end, self.shift, strict=True)
+                    )
+                    for end in ((0, 0, 0), (200, 200, 100))
+                )
+                self.say(f"  Min:  {low}   Max:  {high}")
             case "M119":
                 self.say("Reporting endstop status")
                 self.say("x_min: open")
@@ -249,6 +271,7 @@ class Peer:
             self.killed = True
             return False
         self.place, self.offset, self.told = [0.0, 0.0, 100.0], [0.0] * 3, [0.0, 0.0, 100.0]
+        self.shift = [0.0] * 3
         self.stands.append((time.time(), list(self.place)))
         return True
 

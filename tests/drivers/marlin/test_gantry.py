@@ -99,6 +99,26 @@ def test_a_line_whose_answer_or_text_was_lost_is_carried_out_once(
     assert status["x"] == 14 and at(peer)[0] == 14 and not status["pins"]
 
 
+def test_a_zero_that_another_program_has_shifted_is_noticed_and_homing_clears_it(peers, gantry):
+    peer = peers(shift=5.0, boots_on_open=False)  # one was left there before
+
+    async def story(driver):
+        await driver.home(GoalContext("h"))
+        await driver.move_to(GoalContext("1"), x=20)
+        await driver.link.ask("G92 X15")
+        with pytest.raises(ActionFailed, match=r"shifted its zero by X -5.00 mm") as refused:
+            await driver.move_to(GoalContext("2"), x=30)
+        stood = at(peer)[0]
+        await driver.home(GoalContext("i"))
+        await driver.move_to(GoalContext("3"), x=30)
+        return refused.value, stood
+
+    refused, stood = played(gantry(peer), story)
+
+    assert (refused.name, refused.happened, stood) == ("Alarm", "no", 20)
+    assert at(peer)[0] == 30
+
+
 def test_homing_that_finds_no_switch_halts_marlin_and_unlock_restarts_it(peers, gantry):
     peer = peers()
     peer.homing_fails = True
