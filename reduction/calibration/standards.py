@@ -8,6 +8,7 @@ from fnmatch import fnmatch
 from pathlib import Path, PurePath
 
 from ..lines.formula import element_in
+from ..spectrum.rows_of_shots import PYHAT
 
 PER_CENT = {
     "%": 1.0, "wt%": 1.0, "weight%": 1.0, "mass%": 1.0, "gew%": 1.0, "m%": 1.0, "%m/m": 1.0, "%w/w": 1.0,
@@ -32,7 +33,6 @@ UNIT_ROW = ("", "unit", "units")
 UNKNOWN = ("", "-", "–", "—", "−", "nan", "na", "n/a", "#n/a")
 NONE_SEEN = re.compile(r"[<>~≈].*|n\.? ?d\.?|b\.?d\.?l\.?|lod|trace|tr\.?|none", re.I)
 GROUPED = re.compile(r"[-+]?\d{1,3}(?:\.\d{3})+")
-PYHAT = {"", "meta", "comp", "wvl"}  # what stands above the headings of its tables
 CELL = re.compile(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
 SHOWN = 8  # headings in a message
 MOST = 100.5  # wt %, of one element and of all
@@ -167,13 +167,45 @@ def _without_spectra(rows: _Rows, notes: list[str]) -> tuple[_Rows, bool]:
         notes.append(f"the standards' names are those of {headings[named]!r}")
     wanted = [named, *(k for k in range(len(headings)) if k not in metas)]
     rows = [(where, [cells[k] for k in wanted if k < len(cells)]) for where, cells in rows]
-    comps = [headings[k] for k in wanted[1:]]
+    rows = _usable(rows, notes)
+    comps = rows[0][1][1:]
     oxides = [heading for heading in comps if _of_element(heading) and _formula(heading)[1] == ""]
     oxides = [heading for heading in oxides if element_in(_formula(heading)[0])[1] < 1]
     if oxides:
         notes.append(f"{', '.join(oxides)}: read as wt %, as no unit is said")
     rows[0] = where, ["sample", *(f"{one} (wt %)" if one in oxides else one for one in comps)]
     return rows, "wvl" in kinds
+
+
+def _usable(rows: _Rows, notes: list[str]) -> _Rows:
+    """Of a table that another program reads, too, and so is not to be changed for this one: columns that
+    are amounts of an element, one of each, and no amounts below 0."""
+    headings = rows[0][1]
+    found: dict[int, tuple[str, tuple[bool, float]]] = {}
+    for k, heading in enumerate(headings[1:], 1):
+        formula, unit = _formula(heading)
+        part = PER_CENT.get(_plain(unit or "%"))
+        if part is not None and _of_element(heading):
+            found[k] = element_in(formula)[0], (not TOTAL_IRON.match(heading), part)
+    kept = [0]
+    for k, (element, rank) in found.items():
+        ranks = [other for one, other in found.values() if one == element]
+        # Total iron, or the finer unit; FeO beside Fe2O3 is no choice of ours.
+        if rank == min(ranks) or ranks.count(min(ranks)) > 1:
+            kept.append(k)
+    if aside := [heading for k, heading in enumerate(headings) if k not in kept]:
+        notes.append(f"{', '.join(aside)}: left aside")
+    rows = [(where, [cells[k] for k in kept if k < len(cells)]) for where, cells in rows]
+    below = 0
+    for _, cells in rows[1:]:
+        for k in range(1, len(cells)):
+            if _number(cells[k]) and float(cells[k]) < 0:
+                cells[k], below = "", below + 1
+    if below:
+        notes.append(
+            f"amounts below 0, as a background leaves them, are taken as unknown: {below} of them"
+        )
+    return rows
 
 
 def _upright(rows: _Rows, name: str, notes: list[str]) -> _Rows:

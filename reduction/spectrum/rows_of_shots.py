@@ -18,11 +18,14 @@ LOOKED_AT = 16_384  # characters, before which the wavelengths must begin
 # As programs name columns: 200.1, "X200.1" (R), 200.1 nm, wl_200.1, and 200.1.1 (pandas, the second).
 NAMED = re.compile(r"[a-z_]{0,10}\s?(\d+([.,]\d+)?(e[+-]?\d+)?)(\.\d\d?)?\s?(nm)?", re.I)
 ASCENDING = 0.98  # of the steps; others are the seams of detectors
+PYHAT = {"", "meta", "comp", "wvl"}  # what stands above the headings of its tables
 SHOWN = 3
 
 
 def read_rows(text: bytes) -> Readout | None:
     """The spectra; None for another kind of table. Raises Unreadable, with the line."""
+    if (marked := _marked(text)) is not None:
+        return marked
     stop = text.find(b"\n", LOOKED_AT)
     beginning = text[:stop] if stop > 0 else text
     if max(map(len, beginning.split(b"\n"))) < LONG:
@@ -56,12 +59,34 @@ def read_rows(text: bytes) -> Readout | None:
         if not _may_be_wavelengths(axis):
             continue  # numbers of the columns, above the wavelengths
         if sum(one is not None for one in named[end:]) >= LEAST:
-            raise Unreadable(
-                f"the wavelengths above the spectra are interrupted by {fields[end].strip()[:20]!r}, "
-                f"column {end + 1}; put such columns before or after them"
-            )
+            raise _interrupted(fields, end)
         return _read(text, at + len(raw) + 1, fields, (begin, end), axis, separator, decimal)
     return None
+
+
+def _marked(text: bytes) -> Readout | None:
+    """The spectra of a table of PyHAT's, which says where the wavelengths are, however few."""
+    first, _, rest = text.partition(b"\n")
+    kinds = [kind.strip().casefold() for kind in _cells(first.decode("latin-1"), ",")]
+    if "wvl" not in kinds or not PYHAT.issuperset(kinds):
+        return None
+    second, _, rows = rest.partition(b"\n")
+    fields = _cells(second.decode("latin-1"), ",")
+    begin, n = kinds.index("wvl"), kinds.count("wvl")
+    named = [_named(field, ".") for field in fields[begin : begin + n]]
+    if "wvl" in kinds[begin + n :]:
+        raise _interrupted(fields, next(k for k in range(begin, len(kinds)) if kinds[k] != "wvl"))
+    if len(named) < n or None in named:
+        return None
+    axis = np.array(named, dtype=np.float64)
+    return _read(text, len(text) - len(rows), fields, (begin, begin + n), axis, ",", ".")
+
+
+def _interrupted(fields: list[str], at: int) -> Unreadable:
+    return Unreadable(
+        f"the wavelengths above the spectra are interrupted by {fields[at].strip()[:20]!r}, "
+        f"column {at + 1}; put such columns before or after them"
+    )
 
 
 def _may_be_wavelengths(axis: FloatArray) -> bool:

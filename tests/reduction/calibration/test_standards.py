@@ -72,6 +72,8 @@ ONE = {"Si": pytest.approx(23.185, abs=1e-3), "Li": pytest.approx(4.8e-4)}
         ",meta,meta,comp,comp,wvl,wvl\n,shot,sample,SiO2,Li (ppm),200.1,200.2\n"
         "0,1,BHVO-2,49.6,4.8,7,8\n1,2,A,50,5,7,8\n2,3,BHVO-2,49.6,4.8,8,9\n",
         "meta,comp,comp\nTarget,SiO2 (wt %),Li (ppm)\nBHVO-2,49.6,4.8\nA,50,5\n",
+        "meta,comp,comp,comp,comp,comp\nTarget,SiO2,Fe(3+)/Fe(Total),Li2O,Li (ug/g),Ba (ug/g)\n"
+        "BHVO-2,49.6,0.2,0,4.8,-23.17\nA,50,,,5,-9\n",
     ],
 )
 def test_other_shapes_of_a_table_are_read(text):
@@ -85,7 +87,11 @@ def test_other_shapes_of_a_table_are_read(text):
 def test_what_was_left_aside_or_taken_for_granted_is_noted():
     turned = read_standards("analyte,unit,A,±\nSiO2,wt %,49.6,0.6\n", "s.csv")
     beside = read_standards("sample,type,Si (%),Si_err (%)\nA,glass,20,1\n", "s.csv")
-    pyhat = read_standards("meta,comp\nTarget,SiO2\nA,50\n", "s.csv")
+    pyhat = read_standards(
+        "meta,comp,comp,comp,comp,comp,comp\nTarget,SiO2,%LOI,SO3 Actual,Fe2O3T,FeO,Ba (ug/g)\n"
+        "A,50,2,1,9,5,-3\n",
+        "s.csv",
+    )
 
     assert turned.notes[:2] == (
         "a column is a standard",
@@ -95,9 +101,11 @@ def test_what_was_left_aside_or_taken_for_granted_is_noted():
         "type: left aside, as words",
         "Si_err (%): left aside, as an error of the certificates",
     )
-    assert pyhat.notes[:2] == (
+    assert pyhat.notes[:4] == (
         "the standards' names are those of 'Target'",
-        "SiO2: read as wt %, as no unit is said",
+        "%LOI, SO3 Actual, FeO: left aside",
+        "amounts below 0, as a background leaves them, are taken as unknown: 1 of them",
+        "SiO2, Fe2O3T: read as wt %, as no unit is said",
     )
 
 
@@ -105,6 +113,7 @@ def test_what_was_left_aside_or_taken_for_granted_is_noted():
     ("text", "told"),
     [
         ("meta,comp,wvl\nid,Li,200.1\nA,1,7\n", "s.csv:2: column 'Li': it has no unit"),
+        ("meta,comp,comp\nid,FeO,Fe2O3\nA,1,7\n", "Fe has a column already"),
         (
             "meta,comp,wvl\nid,Li (%),200.1\nA,1,7\nA,2,7\n",
             "s.csv:4: 'A' has another composition than line 3",

@@ -431,6 +431,16 @@ def test_wavelengths_above_rows_are_not_cut_short():
         read_shots(f"{words}\n{text.splitlines()[1]}".encode())
 
 
+def test_where_pyhat_says_the_wavelengths_are_few_are_enough():
+    text = "meta,comp,wvl,wvl,wvl\nid,SiO2,585.1,585.3,585.5\nA,50,1,2,3\nB,60,4,5,6\n"
+    found = read_shots(text.encode())
+
+    assert found.wavelength_nm.tolist() == [585.1, 585.3, 585.5]
+    assert found.intensity.tolist() == [[1, 2, 3], [4, 5, 6]]
+    with pytest.raises(Unreadable, match=r"interrupted by 'SiO2', column 3"):
+        read_shots(b"meta,wvl,comp,wvl,wvl\nid,585.1,SiO2,585.3,585.5\nA,1,50,2,3\nB,4,60,5,6\n")
+
+
 def test_rows_of_several_samples_are_named():
     found = read_spectrum(in_rows("sample", "rock {}").encode())
 
