@@ -153,6 +153,11 @@ class Contract(Model):
                     return name, file
         return None
 
+    def looks_from_above(self) -> bool:
+        """Whether such a look can be asked for as seen from straight above: it takes `above`."""
+        look = self.look()
+        return look is not None and "above" in self.actions[look[0]].param_schemas()
+
     def keeps(self, contract: str) -> bool:
         """Whether a device of this contract can play a role that needs that one."""
         return contract == self.type or contract in self.also

@@ -47,6 +47,22 @@ class FileContent(Model):
         return cls(path=path, sha256=sha256(data).hexdigest(), data=data)
 
 
+class BenchPlace(Model):
+    """Where on the bench the edges of a picture from above are, in mm."""
+
+    left: float
+    right: float
+    front: float
+    back: float
+
+
+class Look(Model):
+    """The answer to `picture`; `place` is given for one from above."""
+
+    file: FileContent
+    place: BenchPlace | None = None
+
+
 class Goal(Model):
     """A request to do one action. The same id is the same goal and never executes twice.
 

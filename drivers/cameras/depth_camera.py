@@ -45,17 +45,24 @@ class DepthCamera(Driver):
         return self.calibration
 
     async def capture(
-        self, goal: GoalContext, *, image: str, depth: str | None = None
+        self, goal: GoalContext, *, image: str, depth: str | None = None, above: bool = False
     ) -> dict[str, Any]:
+        fit = self.need_calibration() if above else None
         view = await self.look("capture", goal)
-        told: dict[str, Any] = {"image": image}
-        picture = await self.worked(measure.picture_file, view, image)
+        told: dict[str, Any] = {
+            "image": image, "width": view.eye.width, "height": view.eye.height,
+        }  # fmt: skip
+        if fit is None:
+            picture = await self.worked(measure.picture_file, view, image)
+        else:
+            picture, place = await self.worked(measure.above_file, view, fit, image)
+            told |= place
         goal.files["image"] = FileContent.of(image, picture)
         if depth is not None:
             far = await self.worked(measure.depth_png, view)
             goal.files["depth"] = FileContent.of(depth, far)
             told["depth"] = depth
-        return {**told, "width": view.eye.width, "height": view.eye.height}
+        return told
 
     async def calibrate(
         self,

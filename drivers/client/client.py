@@ -11,9 +11,9 @@ from pydantic import ValidationError
 from ...schemas.messages import (
     ENDED,
     DeviceDescription,
-    FileContent,
     Goal,
     GoalReport,
+    Look,
     QueryAnswer,
     ServerDescription,
 )
@@ -193,21 +193,25 @@ class DeviceClient:
             raise ServerUnreachable(self.url, str(fault)) from fault
         return ServerDescription.model_validate(answer).devices
 
-    async def picture(self, device: str) -> bytes:
+    async def look(self, device: str, above: bool = False) -> Look:
         """What a camera sees now; no goal, so nobody has to hold it and nothing is kept.
 
         Raises NoPicture where it gives none, also while somebody uses it, and ServerUnreachable.
         """
         try:
-            answer = await self._link.call("picture", {"device": device}, PICTURE_S)
+            asked = {"device": device, **({"above": True} if above else {})}
+            answer = await self._link.call("picture", asked, PICTURE_S)
         except LinkDown as fault:
             raise ServerUnreachable(self.url, str(fault)) from fault
         if not answer.get("ok"):
             raise NoPicture(str(answer.get("message", "no reason given")))
         try:
-            return FileContent.model_validate(answer.get("file")).data
+            look = Look.model_validate({part: answer.get(part) for part in Look.model_fields})
         except ValidationError as fault:
             raise NoPicture(f"{device} gives no picture: {first_fault(fault)}") from fault
+        if above and look.place is None:
+            raise NoPicture(f"the server of {device} is older: it gives no picture from above")
+        return look
 
     async def query(self, ids: list[str]) -> QueryAnswer:
         """What the server knows about goals; raises ServerUnreachable."""

@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from typing import Any
 
 from ...schemas.contract import Contract
-from ...schemas.messages import DeviceDescription, FileContent, Goal, GoalState, LeaseRequest
+from ...schemas.messages import DeviceDescription, Goal, GoalState, LeaseRequest, Look
 from ...system.tasks import spawn
 from ..driver import Driver, Place
 from .alone import alone_with
@@ -125,9 +125,9 @@ class ServedDevice:
         """True if it has no lease holder, nothing runs on it and it is not being made safe."""
         return self.lease.holder is None and not self.running and self._owner.at_rest
 
-    async def picture(self) -> FileContent:
+    async def look(self, above: bool = False) -> Look:
         """What it sees now, for people who look on; raises Refused, also while somebody uses it."""
-        return await self._looking.picture()
+        return await self._looking.look(above)
 
     def _in_use(self) -> str:
         if self.lease.holder is not None:

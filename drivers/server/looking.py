@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable
 
 from ...schemas.contract import Contract
-from ...schemas.messages import FileContent
+from ...schemas.messages import BenchPlace, Look
 from ...system.extras import in_words
 from ...system.tasks import spawn
 from ..driver import ActionFailed, Driver, GoalContext
@@ -26,19 +26,26 @@ class Looking:
         self._name = name
         self._driver = driver
         self._how = contract.look()
+        self._sees_above = contract.looks_from_above()
         self._in_use = in_use
         self._looks = 0
-        self.task: asyncio.Task[FileContent] | None = None
+        self._from_above = False
+        self.task: asyncio.Task[Look] | None = None
 
-    async def picture(self) -> FileContent:
-        """What the device sees now; raises Refused."""
+    async def look(self, above: bool = False) -> Look:
+        """What the device sees now, or as seen from straight above; raises Refused."""
         if self._how is None:
             raise Refused("INVALID", f"{self._name} takes no pictures")
+        if above and not self._sees_above:
+            raise Refused("INVALID", f"{self._name} takes no pictures from above")
+        if above != self._from_above:
+            await self.over()
         if self.task is None or self.task.done():
             if used := self._in_use():
                 raise Refused("HELD", used)
+            self._from_above = above
             self.task = spawn(
-                f"look with {self._name}", self._look(*self._how), expected=(Refused,)
+                f"look with {self._name}", self._look(*self._how, above), expected=(Refused,)
             )
         done, _ = await asyncio.wait({self.task}, timeout=LOOK_S)
         if not done or self.task.cancelled():
@@ -50,11 +57,14 @@ class Looking:
         if self.task is not None and not self.task.done():
             await asyncio.wait({self.task}, timeout=LOOK_S)
 
-    async def _look(self, action: str, file: str) -> FileContent:
+    async def _look(self, action: str, file: str, above: bool) -> Look:
         self._looks += 1
         context = GoalContext(f"look-{self._looks}")
+        params = {file: "picture.png", "above": True} if above else {file: "picture.jpg"}
         try:
-            await self._driver.method(action)(context, **{file: "picture.jpg"})
+            told = await self._driver.method(action)(context, **params)
+            edges = {edge: told.get(edge) for edge in BenchPlace.model_fields} if above else {}
+            place = BenchPlace.model_validate(edges) if above else None
         except ActionFailed as fault:
             raise Refused("REJECTED", f"{self._name} gives no picture: {fault.message}") from fault
         except Exception as fault:  # a driver may be third-party code
@@ -63,4 +73,4 @@ class Looking:
         picture = context.files.get(file)
         if picture is None:
             raise Refused("REJECTED", f"{self._name} gives no picture: it sent none along")
-        return picture
+        return Look(file=picture, place=place)

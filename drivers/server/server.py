@@ -300,7 +300,8 @@ class DeviceServer:
         }
 
     async def _picture(self, session: str, data: Answer) -> Answer:
-        return {"file": (await self._device(str(data.get("device"))).picture()).model_dump()}
+        device = self._device(str(data.get("device")))
+        return (await device.look(data.get("above") is True)).model_dump(exclude_none=True)
 
     async def _unknown_event(self, event: str, session: str, *data: Any) -> Answer:
         return {"ok": False, "code": "EXCEPTION", "message": f"there is no request {event!r}"}

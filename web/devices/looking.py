@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Callable
 
 from ...drivers.client.client import NoPicture, ServerUnreachable
+from ...schemas.messages import Look
 from ..local.refusal import Refusal, not_found
 from .device_link import DeviceLink
 
@@ -23,24 +24,30 @@ class Looking:
         self._device_link = device_link
         self._used_by = used_by
         self._every_s = every_s
-        self._seen: dict[str, tuple[float, bytes]] = {}
+        self._seen: dict[tuple[str, bool], tuple[float, Look]] = {}
         self._one_look: defaultdict[str, asyncio.Lock] = defaultdict(asyncio.Lock)
 
-    async def picture(self, device: str, *, now: bool = False) -> tuple[bytes, str]:
-        """The picture and its suffix; with `now`, of a look of its own. Raises Refusal."""
+    async def look(
+        self, device: str, *, now: bool = False, above: bool = False
+    ) -> tuple[Look, str]:
+        """A look and the suffix of its picture; with `now`, a look of its own. Raises Refusal."""
         link = self._device_link(device)
         if link.contract.look() is None:
             raise not_found("camera", device, f"{link.contract.type} has no action that is a look")
+        if above and not link.contract.looks_from_above():
+            words = f"{device} gives no picture from above: {link.contract.type} has no `above`"
+            raise Refusal(409, "NO_PICTURE", words)
         async with self._one_look[device]:
             self._check_free(device)
-            at_s, picture = self._seen.get(device, (0.0, b""))
-            if now or not picture or time.monotonic() - at_s >= self._every_s():
-                picture = await self._look(link)
-                self._seen[device] = time.monotonic(), picture
-        suffix = next((suffix for first, suffix in KINDS.items() if picture.startswith(first)), "")
+            at_s, look = self._seen.get((device, above), (0.0, None))
+            if now or look is None or time.monotonic() - at_s >= self._every_s():
+                look = await self._look(link, above)
+                self._seen[device, above] = time.monotonic(), look
+        data = look.file.data
+        suffix = next((suffix for first, suffix in KINDS.items() if data.startswith(first)), "")
         if not suffix:
             raise Refusal(502, "NO_PICTURE", f"what {device} gives is neither JPEG nor PNG")
-        return picture, suffix
+        return look, suffix
 
     def _check_free(self, device: str) -> None:
         run = self._used_by(device)
@@ -48,9 +55,9 @@ class Looking:
             words = f"{device} is not looked through while {run} has it"
             raise Refusal(409, "HELD", words, "the pictures that the run takes are among its files")
 
-    async def _look(self, link: DeviceLink) -> bytes:
+    async def _look(self, link: DeviceLink, above: bool) -> Look:
         try:
-            return await link.reachable_client().picture(link.name)
+            return await link.reachable_client().look(link.name, above)
         except NoPicture as fault:
             raise Refusal(409, "NO_PICTURE", str(fault)) from fault
         except ServerUnreachable as fault:

@@ -558,6 +558,8 @@ finally:
     await picture(page, 'editor-drawn')
     await preview.getByRole('button', { name: 'Cut them off' }).click()
     await preview.getByText(/points are outside the work area/).waitFor({ state: 'detached' })
+    await preview.getByRole('button', { name: 'Photograph' }).click()
+    await preview.getByRole('alert').getByText('position is unknown: calibrate it').waitFor()
     await sound(page)
 
     const [, x0, x1, y0, y1] = /x=span\((\d+) mm, (\d+) mm, 20 mm.*y=span\((\d+) mm, (\d+) mm, 20 mm/.exec(await textOf(page)) ?? []

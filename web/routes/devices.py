@@ -47,11 +47,16 @@ async def get_device_history(
 
 
 @router.get("/devices/{device}/picture", response_class=Response, responses=PICTURE)
-async def get_picture(device: str, app_state: TheSite) -> Response:
-    """What a camera sees now; kept nowhere. 409 `HELD` while a run has it."""
-    picture, suffix = await app_state.looking.picture(device)
+async def get_picture(device: str, app_state: TheSite, above: bool = False) -> Response:
+    """What a camera sees now; kept nowhere. 409 `HELD` while a run has it.
+
+    With `above`, the bench as from straight above: `X-Bench` has its left, right, front and back edge in mm.
+    """
+    look, suffix = await app_state.looking.look(device, above=above)
     headers = {"Cache-Control": "no-store"}
-    return Response(picture, media_type=FORMATS[suffix], headers=headers)
+    if look.place is not None:
+        headers["X-Bench"] = " ".join(str(mm) for mm in look.place.model_dump().values())
+    return Response(look.file.data, media_type=FORMATS[suffix], headers=headers)
 
 
 @commands.post("/devices/{device}/actions/{action}", status_code=202)

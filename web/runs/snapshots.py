@@ -29,7 +29,8 @@ class Snapshots:
     async def take(self, id: str, device: str, by: str) -> RunSnapshot:
         """Look now and keep the picture; raises Refusal. The report of a run that is over is made again."""
         folder = self._runs.place(id)
-        picture, suffix = await self._looking.picture(device, now=True)
+        look, suffix = await self._looking.look(device, now=True)
+        picture = look.file.data
         async with self._one_at_a_time:
             try:
                 told = await asyncio.to_thread(add_snapshot, folder, picture, suffix, device, by)

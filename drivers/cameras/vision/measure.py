@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 TOUCH_SD_MM = 0.2
 """How well a tool's tip is set on a corner by eye."""
 TENTH_MM, FARTHEST = 10, 65_535  # depth maps are stored in 0.1 mm
+FINEST_MM, ABOVE_CELLS = 0.2, 500_000  # of a picture from above: about a megabyte
 
 
 def calibrate(
@@ -78,6 +79,33 @@ def picture_file(view: View, name: str) -> bytes:
     if name.lower().endswith((".jpg", ".jpeg")):
         return _encoded(view.picture, ".jpg", "JPEG")
     return _encoded(view.picture)
+
+
+def above_file(view: View, fit: "Calibration", name: str) -> tuple[bytes, dict[str, Any]]:
+    """The bench from straight above, and its size and edges in mm; raises ActionFailed.
+
+    What the camera does not see is transparent in a PNG and black in a JPEG.
+    """
+    import numpy as np
+
+    from .plan import plan_of
+
+    plan = plan_of(view.picture, fit.pose, view.eye, FINEST_MM, ABOVE_CELLS)
+    if plan is None:
+        raise ActionFailed(
+            "OutsidePicture", "no part of the bench up to 2 m away is in the picture"
+        )
+    jpeg = name.lower().endswith((".jpg", ".jpeg"))
+    colours = np.where(plan.seen[..., None], plan.picture, 0).astype(np.uint8)
+    full = np.where(plan.seen, 255, 0).astype(np.uint8)
+    cells = colours if jpeg else np.dstack([colours, full])
+    data = _encoded(cells[::-1], *((".jpg", "JPEG") if jpeg else (".png", "PNG")))
+    rows, columns = plan.seen.shape
+    left, front = plan.corner_mm.tolist()
+    right, back = left + columns * plan.cell_mm, front + rows * plan.cell_mm
+    edges = {"left": left, "right": right, "front": front, "back": back}
+    place = {edge: round(mm, 3) for edge, mm in edges.items()}
+    return data, {"width": columns, "height": rows, **place}
 
 
 def depth_png(view: View) -> bytes:

@@ -43,8 +43,9 @@ class Plan:
 
 
 def plan_of(
-    picture: "np.ndarray", pose: Pose, eye: Intrinsics, cell_mm: float = 1.0
-) -> Plan | None:
+    picture: "np.ndarray", pose: Pose, eye: Intrinsics, cell_mm: float = 1.0,
+    most_cells: int = MOST_CELLS,
+) -> Plan | None:  # fmt: skip
     """The part of the bench that a picture shows, up to 2 m away; None if it shows none."""
     import cv2
     import numpy as np
@@ -53,7 +54,7 @@ def plan_of(
     if area is None:
         return None
     low, high = area
-    cell_mm = max(cell_mm, float(np.sqrt(np.prod(high - low) / MOST_CELLS)))
+    cell_mm = max(cell_mm, float(np.sqrt(np.prod(high - low) / most_cells)))
     columns, rows = np.maximum(np.ceil((high - low) / cell_mm).astype(int), 1)
     empty = np.zeros((rows, columns), bool)
     x, y = Plan(low, cell_mm, picture, empty).centres_mm()

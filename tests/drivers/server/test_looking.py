@@ -47,8 +47,13 @@ def told_with(told, driver=Camera, **more):
 
 def test_a_look_needs_no_lease_and_leaves_no_goal_and_no_file():
     async def told(story):
-        first, second = await asyncio.gather(story.device.picture(), story.device.picture())
-        return first.data, second.data, list(story.lamp.acts), list(story.ledger.reports_since(0))
+        first, second = await asyncio.gather(story.device.look(), story.device.look())
+        return (
+            first.file.data,
+            second.file.data,
+            list(story.lamp.acts),
+            list(story.ledger.reports_since(0)),
+        )
 
     first, second, acts, goals = told_with(told)
 
@@ -61,9 +66,9 @@ def test_whoever_holds_the_camera_is_not_disturbed_and_is_named():
     async def told(story):
         await story.take("run-1")
         with pytest.raises(Refused) as held:
-            await story.device.picture()
+            await story.device.look()
         await story.device.release("run-1", None)
-        await story.device.picture()
+        await story.device.look()
         return held.value
 
     held = told_with(told)
@@ -73,7 +78,7 @@ def test_whoever_holds_the_camera_is_not_disturbed_and_is_named():
 
 def test_a_goal_that_comes_during_a_look_begins_after_it():
     async def told(story):
-        look = asyncio.ensure_future(story.device.picture())
+        look = asyncio.ensure_future(story.device.look())
         await asyncio.sleep(0.5)
         await story.take()
         goal = await story.goal()
@@ -91,7 +96,7 @@ def test_a_camera_that_hangs_keeps_no_goal_waiting_for_ever(monkeypatch):
 
     async def told(story):
         with pytest.raises(Refused, match=r"gave no picture within 10 s"):
-            await story.device.picture()
+            await story.device.look()
         began = asyncio.get_running_loop().time()
         await story.take()
         await story.until("begins", await story.goal())
@@ -112,18 +117,46 @@ def test_a_camera_that_sees_nothing_says_why(monkeypatch, fault, words):
 
     async def told(story):
         with pytest.raises(Refused) as refused:
-            await story.device.picture()
+            await story.device.look()
         return refused.value.message
 
     assert told_with(told) == f"lamp gives no picture: {words}"
 
 
+class HighCamera(Camera):
+    """A camera that also shows the bench from above."""
+
+    async def capture(self, goal, *, image, above=False):
+        told = await super().capture(goal, image=image)
+        return {**told, "left": -5.0, "right": 20, "front": 0, "back": 7.5} if above else told
+
+
+def test_a_picture_from_above_says_where_on_the_bench_it_is():
+    params = PICTURE["params"]
+    high = {**params, "properties": {**params["properties"], "above": {"type": "boolean"}}}
+
+    async def told(story):
+        return await asyncio.gather(story.device.look(), story.device.look(above=True))
+
+    actions = {**ACTIONS, "capture": {**PICTURE, "params": high}}
+    plain, above = Story.tell(told, driver=HighCamera, actions=actions)
+
+    assert plain.place is None
+    assert above.place.model_dump() == {"left": -5, "right": 20, "front": 0, "back": 7.5}
+    assert (plain.file.path, above.file.path) == ("picture.jpg", "picture.png")
+
+
 def test_what_is_no_camera_says_so():
     async def told(story):
         with pytest.raises(Refused, match="lamp takes no pictures"):
-            await story.device.picture()
+            await story.device.look()
+
+    async def told_above(story):
+        with pytest.raises(Refused, match="lamp takes no pictures from above"):
+            await story.device.look(above=True)
 
     Story.tell(told)
+    told_with(told_above)
 
 
 @pytest.mark.parametrize(

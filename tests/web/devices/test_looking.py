@@ -76,7 +76,7 @@ class Bench:
         return self.run
 
     async def picture(self, **more):
-        return (await self.looking.picture("eye", **more))[0].removeprefix(b"\xff\xd8\xff")
+        return (await self.looking.look("eye", **more))[0].file.data.removeprefix(b"\xff\xd8\xff")
 
     async def told(self, story):
         eye = self.links.links["eye"]
@@ -110,7 +110,9 @@ def test_a_snapshot_is_the_runs_and_who_looks_on_disturbs_nobody(folder, teller,
         with pytest.raises(Refusal) as odd:
             await bench.picture()
         with pytest.raises(Refusal) as none:
-            await bench.looking.picture("gantry")
+            await bench.looking.look("gantry")
+        with pytest.raises(Refusal, match="eye@1 has no `above`"):
+            await bench.looking.look("eye", above=True)
         states = {one.name: one.camera for one in bench.links.states()}
         return both, told, [one.value for one in (held, odd, none)], states
 

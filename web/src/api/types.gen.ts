@@ -357,6 +357,8 @@ export interface paths {
         /**
          * Get Picture
          * @description What a camera sees now; kept nowhere. 409 `HELD` while a run has it.
+         *
+         *     With `above`, the bench as from straight above: `X-Bench` has its left, right, front and back edge in mm.
          */
         get: operations["get_picture"];
         put?: never;
@@ -5439,7 +5441,9 @@ export interface operations {
     };
     get_picture: {
         parameters: {
-            query?: never;
+            query?: {
+                above?: boolean;
+            };
             header?: never;
             path: {
                 device: string;

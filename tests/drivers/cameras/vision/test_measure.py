@@ -3,6 +3,9 @@
 The figures of `benchmarks/vision.py` at a tenth of its size, and every way to be refused.
 """
 
+from dataclasses import replace
+
+import cv2
 import numpy as np
 import pytest
 import vision
@@ -58,6 +61,30 @@ def test_a_photograph_places_the_camera_and_a_thing_by_depth_and_by_height(taken
     assert by_depth["z"] == pytest.approx(0, abs=1.5)
     assert (by_height["x"], by_height["y"], by_height["z"]) == pytest.approx((180, 260, 0), abs=0.4)
     assert 0.3 < by_height["uncertainty"] < by_depth["uncertainty"] < 8
+
+
+def test_a_picture_from_above_has_each_corner_of_the_board_where_it_lies(taken):
+    fit = measure.calibrate(View(taken[0], EYE), BOARD)
+    data, told = measure.above_file(View(taken[0], EYE), fit, "above.png")
+    cells = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    cell_mm = (told["right"] - told["left"]) / told["width"]
+    grey, seen = cells[..., :3].mean(axis=-1), cells[..., 3]
+    x, y = BOARD.corners_mm().reshape(-1, 3)[:, :2].T
+    columns, rows = (x - told["left"]) / cell_mm, (told["back"] - y) / cell_mm
+    off = 6 / cell_mm  # into the squares around a corner: two of them are black, two white
+    around = [
+        grey[np.int_(rows + v), np.int_(columns + u)] for u in (-off, off) for v in (-off, off)
+    ]
+    light = np.array(around) > 128
+
+    assert cells.shape == (told["height"], told["width"], 4)
+    assert (light[0] == light[3]).all() and (light[1] == light[2]).all()
+    assert (light[0] != light[1]).all()
+    assert {0, 255} == set(np.unique(seen).tolist())
+    away = replace(fit, pose=replace(fit.pose, turn=-fit.pose.turn))
+    past = failed(lambda: measure.above_file(View(taken[0], EYE), away, "a.jpg"))
+
+    assert past.name == "OutsidePicture"
 
 
 def test_a_depth_that_contradicts_the_board_s_squares_is_found_out(taken):

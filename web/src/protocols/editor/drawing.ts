@@ -1,6 +1,7 @@
 // Draw a path over the bench: millimetres to pixels, the limits, the points, the selected point.
 import type { Received } from '../../api/types'
-import { type Colour, drawArea, drawKeptOut, drawRuler } from './ground'
+import { type Colour, drawArea, drawKeptOut, drawRuler, MARGIN } from './ground'
+import type { Photograph } from './photograph'
 
 type Track = Received<'Track'>
 
@@ -15,7 +16,6 @@ export interface Frame {
   yOf(py: number): number
 }
 
-const MARGIN = 34
 const LEAST_MM = 1
 
 /** Around the points and the grid that they are of, the whole area, or a part of the bench. */
@@ -69,9 +69,10 @@ export interface Look {
   point: number
   lit: number
   ratio: number
+  photograph?: Photograph | null
 }
 
-export function draw(canvas: HTMLCanvasElement, track: Track, frame: Frame, { point, lit, ratio, corners, wrong = false }: Look): void {
+export function draw(canvas: HTMLCanvasElement, track: Track, frame: Frame, { point, lit, ratio, corners, wrong = false, photograph = null }: Look): void {
   const brush = canvas.getContext('2d')
   if (!brush) return
   const style = getComputedStyle(canvas)
@@ -80,11 +81,11 @@ export function draw(canvas: HTMLCanvasElement, track: Track, frame: Frame, { po
   brush.clearRect(0, 0, frame.width, frame.height)
   brush.fillStyle = colour('panel')
   brush.fillRect(0, 0, frame.width, frame.height)
-  drawArea(brush, track, frame, colour)
+  drawArea(brush, track, frame, colour, photograph)
   drawKeptOut(brush, track.keep_out, frame, colour)
   drawRuler(brush, frame, colour('muted'))
-  drawPath(brush, track, frame, colour('line-strong'))
-  drawPoints(brush, track, frame, lit, colour)
+  drawPath(brush, track, frame, colour(photograph ? 'accent' : 'line-strong'))
+  drawPoints(brush, track, frame, lit, colour, photograph !== null)
   if (corners) drawCorners(brush, corners, frame, wrong ? (name) => colour(name === 'accent' ? 'fail' : name) : colour)
   drawCross(brush, track, frame, point, colour('text'))
 }
@@ -100,7 +101,7 @@ function drawPath(brush: CanvasRenderingContext2D, track: Track, frame: Frame, c
   brush.stroke()
 }
 
-function drawPoints(brush: CanvasRenderingContext2D, track: Track, frame: Frame, lit: number, colour: Colour): void {
+function drawPoints(brush: CanvasRenderingContext2D, track: Track, frame: Frame, lit: number, colour: Colour, rimmed: boolean): void {
   const outside = new Set(track.outside)
   const within = (at: number, low: number | null, high: number | null): boolean => at > (low ?? -Infinity) && at < (high ?? Infinity)
   track.x_mm.forEach((x, i) => {
@@ -114,6 +115,12 @@ function drawPoints(brush: CanvasRenderingContext2D, track: Track, frame: Frame,
     if (outside.has(i)) {
       brush.strokeStyle = wrong
       brush.strokeRect(px - 4, py - 4, 8, 8)
+    }
+    if (rimmed) {
+      const inside = brush.fillStyle
+      brush.fillStyle = colour('bg')
+      brush.fillRect(px - size / 2 - 1, py - size / 2 - 1, size + 2, size + 2)
+      brush.fillStyle = inside
     }
     brush.fillRect(px - size / 2, py - size / 2, size, size)
   })

@@ -1,6 +1,10 @@
 // The ground under a path: allowed area, keep-out boxes and ruler.
 import type { Received } from '../../api/types'
 import type { Frame } from './drawing'
+import type { Photograph } from './photograph'
+
+/** Around the picture, for the rulers. */
+export const MARGIN = 34
 
 export type Colour = (name: string) => string
 type Track = Received<'Track'>
@@ -12,8 +16,18 @@ function rectOf(box: Track['area'], frame: Frame, pad: number): [number, number,
   return [left, top, right - left, bottom - top]
 }
 
+/** Up to the rulers, which stay readable. */
+function drawPhotograph(brush: CanvasRenderingContext2D, { picture, x, y, width, height }: Photograph, frame: Frame): void {
+  brush.save()
+  brush.beginPath()
+  brush.rect(MARGIN, 0, frame.width, frame.height - MARGIN)
+  brush.clip()
+  brush.drawImage(picture, frame.px(x), frame.py(y + height), width * frame.scale, height * frame.scale)
+  brush.restore()
+}
+
 /** The area that the bench allows is light; beyond it the contract may allow more, which is hatched. */
-export function drawArea(brush: CanvasRenderingContext2D, { area, allowed }: Track, frame: Frame, colour: Colour): void {
+export function drawArea(brush: CanvasRenderingContext2D, { area, allowed }: Track, frame: Frame, colour: Colour, photograph: Photograph | null): void {
   brush.save()
   brush.beginPath()
   brush.rect(...rectOf(allowed, frame, 10))
@@ -28,6 +42,7 @@ export function drawArea(brush: CanvasRenderingContext2D, { area, allowed }: Tra
   brush.restore()
   brush.fillStyle = colour('bg')
   brush.fillRect(...rectOf(area, frame, 10))
+  if (photograph) drawPhotograph(brush, photograph, frame)
   brush.strokeStyle = colour('fail')
   brush.lineWidth = 1.5
   brush.setLineDash([6, 4])
