@@ -55,6 +55,7 @@ GAS_FLOWS = ("sccm = cm**3 / min", "slm = L / min", "slpm = L / min")
 PLAIN = {unit: (kind, size) for kind, sizes in SIZES.items() for unit, size in sizes.items()}
 MEANT = {
     "gm": "g", "gr": "g", "Sec": "s", "mn": "min", "Kelvin": "K", "Celsius": "degC", "C": "degC", "F": "degF",
+    "U/min": "rpm", "U / min": "rpm",
 }  # fmt: skip
 """Units as people write them whom pint does not understand, or takes for others: C for coulomb."""
 WOULD_BE = {
@@ -160,7 +161,7 @@ def parse_quantity(text: str, wanted: str | None = None) -> "Quantity[Any]":
     """`0.2 mm` as a quantity; raises UnitError if the text is not one, see `unit_of`."""
     match = QUANTITY.match(text)
     if match is None:
-        comma = re.fullmatch(r"([-+]?\d+),(\d+.*)", text)
+        comma = re.fullmatch(r"([-+]?\d+),((?!\d{3}\b)\d+.*)", text)  # of `1,000` who knows
         such = f"{comma[1]}.{comma[2]}" if comma else "0.2 mm"
         raise UnitError(f"{text!r} is not a number with a unit, such as `{such}`")
     number = match[1]

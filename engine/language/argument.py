@@ -22,7 +22,7 @@ from .moments import moment_text
 from .operators import words
 from .suggest import did_you_mean, listed
 from .wanted import TYPE_WORDS, ArgumentFault, Wanted, check_limit, outside, quotes_for_text, wants
-from .yaml_traps import COMMA
+from .yaml_traps import point_for
 
 
 def fit(value: Any, wanted: Wanted) -> Any:
@@ -77,8 +77,8 @@ def _in_unit(value: Any, unit: str, wanted: Wanted) -> Any:
             number = ""
             if _is_number(value):
                 number = f"if {value.strip()} {unit} is meant, write it without quotes"
-            elif comma := COMMA.fullmatch(value.strip()):
-                number = f"numbers have a decimal point: {comma[1]}.{comma[2]}{comma[3] or ''}"
+            else:
+                number = point_for(value.strip()) or f"such as {wanted.param}: 1 {unit}"
             raise wanted.fault(f"{words(value)} is text, {device_wants}", number)
         if (plain := plainly(value, unit)) is not None:
             return plain

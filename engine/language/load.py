@@ -18,7 +18,7 @@ from ...schemas.protocol import (
 )
 from .shape import Place, keys_of, kind_words, shape_problems
 from .source import Source
-from .suggest import closest, listed
+from .suggest import MEANT, closest, listed
 from .yaml_node import shown
 
 KINDS: dict[str, type[StepBase]] = {kind.KIND: kind for kind in STEP_KINDS}
@@ -27,10 +27,12 @@ EVERY_KEY = {key for kind in STEP_KINDS for key in keys_of(kind)}
 SECTIONS = ("steps", "on_resume", "finally")
 SAID = re.compile(r"(?:(do)\s+)?([A-Za-z]\w*\.\w+)\s*(\(.*\))?", re.DOTALL)
 """A step that is only text: an action, perhaps with `do` before it or called like a function."""
+ASSIGNED = re.compile(r"([A-Za-z]\w*) *= *([A-Za-z]\w*\.\w+) *(?:\(.*\))?", re.DOTALL)
 EQUALS = re.compile(r"(\w+)\s*=\s*(.+)")
 STAND_IN = {"log": "-"}
 INSIDE = {"foreach": "steps", "repeat": "steps", "while": "steps", "reserve": "steps", "if": "then"}
 """Where a step of this kind has what it does: people put an action beside it."""
+FOR_IN = re.compile(r"for(?:each)?(?: each)?\s+(\w+)\s+in\s+(.+)", re.DOTALL)
 ACTION = re.compile(r"[A-Za-z]\w*\.\w+")
 
 
@@ -188,6 +190,8 @@ def _no_mapping(data: Any, source: Source, place: Place) -> Problem:
         hint = f"a colon is missing: `{keyword}: {action}`" if keyword else hint
     elif isinstance(data, str) and (said := EQUALS.fullmatch(data.strip())) and said[1] in KINDS:
         hint = f"a key and its value have a colon between them: `{said[1]}: {shown(said[2])}`"
+    elif isinstance(data, str) and (said := ASSIGNED.fullmatch(data.strip())):
+        hint = f"write `{{id: {said[1]}, do: {said[2]}}}`; its result is steps.{said[1]}"
     elif isinstance(data, str) and (begun := data.partition(" ")[0]) in KINDS and " " in data:
         hint = f"a colon is missing: `{begun}: {shown(data.partition(' ')[2])}`"
     return source.problem(
@@ -207,8 +211,13 @@ def _kind(
     if len(found) > 1:
         message = f"a step has one keyword; this one has {listed(f'`{name}`' for name in found)}"
         hint = "make it two steps, or a group: `steps: [...]`"
+        around = next((name for name in found if name in INSIDE), None)
         if inside := INSIDE.get(found[0]):
             hint = f"what it does goes below it, under `{inside}:`"
+        elif around == "if":
+            hint = "the condition of one step is its `when:`"
+        elif around is not None:
+            hint = f"a step with `{around}` has the others below it, under `{INSIDE[around]}:`"
         return None, source.problem((*place, found[1]), "E115", message, hint, key=True)
     return _beside(KINDS[found[0]], data, source, place)
 
@@ -232,9 +241,13 @@ def _no_keyword(data: dict[str, Any], source: Source, place: Place) -> Problem:
             near = closest(key, KINDS)
             message = f"unknown keyword {key!r}" + (f"; did you mean {near}?" if near else "")
             hint = f"a step has one of {', '.join(KINDS)}"
-            if ACTION.fullmatch(key):
+            if begun := _with_its_keyword(key):
+                hint = begun
+            elif ACTION.fullmatch(key):
                 message = f"an action is named by `do`, not as the key {key!r}"
                 hint = f"write `do: {key}`, and its parameters under `with`"
+            elif isinstance(data[key], str) and (said := SAID.fullmatch(data[key].strip())):
+                hint = f"write `{{id: {key}, do: {said[2]}}}`; its result is steps.{key}"
             elif key == "device" and isinstance(data[key], str):
                 hint = f"write `do: {data[key]}.{data.get('action', 'action')}`"
             if of := [name for name, kind in KINDS.items() if key in keys_of(kind)]:
@@ -243,6 +256,19 @@ def _no_keyword(data: dict[str, Any], source: Source, place: Place) -> Problem:
             return source.problem((*place, key), "E114", message, hint, key=True)
     message = "this step has no keyword that says what it does"
     return source.problem(place, "E114", message, f"give it one of {', '.join(KINDS)}")
+
+
+def _with_its_keyword(key: str) -> str:
+    """The hint for a keyword and what follows it as one key, as other languages have it; or nothing."""
+    if match := FOR_IN.fullmatch(key):
+        return f'write `foreach: {{{match[1]}: "${{{{ {match[2]} }}}}"}}`, and `steps:` below it'
+    word, _, rest = key.partition(" ")
+    keyword = word if word in KINDS else MEANT.get(word.casefold(), "")
+    if not rest or keyword not in KINDS:
+        return ""
+    value = f"${{{{ {rest} }}}}" if keyword in ("if", "while", "require") else rest
+    below = f", and `{INSIDE[keyword]}:` below it" if keyword in INSIDE else ""
+    return f"write `{keyword}: {shown(value)}`{below}"
 
 
 def _read(

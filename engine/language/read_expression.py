@@ -195,7 +195,7 @@ def _usable(value: Any) -> bool:
 
 def _refuse_call(node: ast.Call, own: frozenset[str]) -> None:
     if not isinstance(node.func, ast.Name):
-        raise ExpressionError("only functions can be called: " + ", ".join(FUNCTIONS))
+        raise ExpressionError(_no_function(node.func))
     name = node.func.id
     if name not in FUNCTIONS and name not in own and name != LITERAL:
         raise ExpressionError(
@@ -206,6 +206,19 @@ def _refuse_call(node: ast.Call, own: frozenset[str]) -> None:
         raise ExpressionError("`*` before an argument is not allowed in an expression")
     if any(keyword.arg is None for keyword in node.keywords):
         raise ExpressionError("`**` before an argument is not allowed in an expression")
+
+
+def _no_function(called: ast.expr) -> str:
+    """Why what is called is none of the functions: a method, an action, a module's function."""
+    whole = ast.unparse(called)
+    if isinstance(called, ast.Attribute) and called.attr in FUNCTIONS:
+        return f"write {called.attr}(...), without {ast.unparse(called.value)}"
+    if isinstance(called, ast.Attribute) and isinstance(called.value, ast.Name):
+        return (
+            f"{whole}(...) is no function; an action is a step, `{{id: a, do: {whole}}}`, "
+            "whose result is steps.a"
+        )
+    return "only functions can be called: " + ", ".join(FUNCTIONS)
 
 
 def _construct(node: ast.AST) -> str:

@@ -227,6 +227,8 @@ def _way_on(path: Place, message: str, value: Any) -> str:
         )
     if isinstance(value, str) and (call := re.match(r"(\w+\.\w+)\s*\(", value)):
         return f"write `do: {call[1]}`, and its parameters under `with`"
+    if path[-1] == "do" and isinstance(value, list):
+        return "one action each step; `parallel: [...]` begins several together"
     if "needs a list" in message and isinstance(value, str) and " " not in value.strip():
         return f"write `- do: {value}` below it" if "." in value else f"write [{value}]"
     return WRITTEN.get(_name(path), "")

@@ -9,18 +9,26 @@ MEANT = {
     "catch": "fallback", "except": "fallback", "rescue": "fallback",
     "always": "finally", "ensure": "finally",
     "condition": "when", "unless": "when",
-    "count": "attempts", "times": "attempts", "tries": "attempts",
+    "count": "attempts repeat", "times": "attempts repeat", "tries": "attempts",
     "delay": "wait", "sleep": "wait", "backoff": "factor",
-    "elif": "else", "elseif": "else", "otherwise": "else",
+    "elif": "else if", "elseif": "else if", "otherwise": "else",
     "for": "foreach", "loop": "foreach", "until": "while",
     "inputs": "params", "returns": "outputs", "vars": "set", "variables": "set",
     "print": "log", "echo": "log", "message": "log", "try": "steps",
+    "as": "id", "register": "id", "save": "id", "save_as": "id", "store": "id",
+    "async": "mode", "background": "mode",
+    "continue-on-error": "on_error", "ignore_errors": "on_error",
+    "on_fail": "on_error", "on_failure": "on_error", "title": "name",
+    "schritte": "steps", "étapes": "steps", "etapes": "steps", "geräte": "devices", "appareils": "devices",
+    "wiederhole": "repeat", "répéter": "repeat", "warte": "wait", "warten": "wait", "attendre": "wait",
+    "wenn": "if", "falls": "if", "si": "if", "dann": "then", "alors": "then",
+    "sonst": "else", "sinon": "else",
     "race": "any", "together": "parallel",
     "version": "labrun", "protocol": "name",
     "float": "number", "double": "number", "int": "integer", "str": "string", "text": "string",
     "bool": "boolean", "list": "array", "length": "quantity", "duration": "quantity",
 }  # fmt: skip
-"""Words from other languages for what has a different name here."""
+"""Words from other languages for what has a different name here, or one of two."""
 
 
 def closest(name: str, options: Iterable[str]) -> str | None:
@@ -29,12 +37,14 @@ def closest(name: str, options: Iterable[str]) -> str | None:
     folded = {option.casefold(): option for option in known}
     if len(name) > 80:
         return None
-    meant = MEANT.get(name.casefold())
-    if meant in folded:
-        return folded[meant]
+    meant = MEANT.get(name.casefold(), "").split()
+    for one in meant:
+        if one in folded:
+            return folded[one]
     from difflib import get_close_matches  # not at the top: most files have no mistyped names
 
-    found = get_close_matches(name.casefold(), folded, n=1, cutoff=0.6)
+    cutoff = 0.8 if meant else 0.6  # what is a word elsewhere is hardly a misspelt one
+    found = get_close_matches(name.casefold(), folded, n=1, cutoff=cutoff)
     return folded[found[0]] if found else None
 
 

@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+from ...schemas.quantity import COMMON, PLAIN
 from .yaml_characters import odd_characters
 from .yaml_node import Node, YamlFault, shown
 
@@ -31,11 +32,21 @@ NO_BRACKETS = (
     "a comma separates entries; a list needs [brackets], and text that contains one quotes"
 )
 COMMA = re.compile(r"([-+]?[0-9]+),([0-9]+)( ?[^\W\d_].*)?")
+THOUSANDS = re.compile(
+    r"([-+]?)([0-9]{1,3}(?:([',. \u00a0\u2009\u202f’])[0-9]{3}(?:\3[0-9]{3})*))"
+    r"(?:[.,]([0-9]+))?( ?[^\W\d_].*)?"
+)
 DATE = re.compile(r"[0-9]{4}-[0-9]{1,2}-[0-9]{1,2}([Tt ].*)?")
 BINARY = re.compile(r"0b[01_]+")
+WELLS = re.compile(r"([A-Z][0-9]{1,2}) ?(?:-|–|:|\.\.|to|bis) ?([A-Z][0-9]{1,2})")
+SHELL = re.compile(r"\$\{?([A-Za-z_]\w*)\}?")
 SPOKEN = re.compile(r"(?:([0-9]+) ?h)? ?(?:([0-9]+) ?(?:m|min)?)? ?(?:([0-9]+) ?s)?")
-RANGE = re.compile(r"([0-9.]+) ?(?:-|\.\.|to) ?([0-9.]+)( ?[^\W\d_]+)?")
+RANGE = re.compile(
+    r"([0-9.]+?)( ?[^\W\d_]+)? ?(?:-|–|\.\.\.?|…|to|bis|à|:) ?(?:([0-9.]+):)?([0-9.]+)( ?[^\W\d_]+)?"
+    r"(?: ?(?:step|by|,|;|/) ?([0-9.]+)( ?[^\W\d_]+)?)?"
+)
 NAMED = re.compile(r"(?:params|steps|status|run)\.\w[\w.]*")
+UNIT_BEHIND = re.compile(r"(\w+?)(?:_| ?[(\[/]| )\[?([^\W\d_]+)[)\]]?")
 NO_VALUE = re.compile(r"\s*[,}]")
 EQUALS = re.compile(r"([A-Za-z_]\w*) ?= ?(?=[^=\s])")
 NO_SPACE = re.compile(r"([A-Za-z_]\w*):([^\s/].*)", re.DOTALL)
@@ -151,6 +162,8 @@ def value_hint(node: Node, raw: str, message: str) -> str:
         return "`: ` makes what is before it a key; put text that contains it in quotes"
     if node.members and "a list" in message and all(key[0] == "-" for key in node.members if key):
         return odd_characters(next(iter(node.members))) or "a space is missing after the `-`"
+    if node.members and "foreach needs" in message and (bounds := _bounds(node)):
+        return f"write {_span(*bounds)}"
     if node.members and "needs a list" in message:
         return "a list has its items one below the other, each after `- `"
     if node.value is None and node.members is None and node.items is None:
@@ -174,16 +187,68 @@ def colon_for(key: str) -> str:
     return f"a colon stands between a key and its value: `{key}:`, not `{key} =`"
 
 
+def point_for(text: str) -> str:
+    """The hint for a number with a decimal comma, or with marks between its thousands; or nothing."""
+    if match := COMMA.fullmatch(text):
+        decimal, unit = f"{match[1]}.{match[2]}{match[3] or ''}", match[3] or ""
+        if len(match[2]) == 3 and match[1].lstrip("+-") != "0":  # a comma that may mean a thousand
+            return f"a comma may be read in two ways; write {match[1]}{match[2]}{unit} or {decimal}"
+        return f"numbers have a decimal point: {decimal}"
+    if match := THOUSANDS.fullmatch(text):
+        whole = re.sub(r"\D", "", match[2])
+        rest = f".{match[4]}" if match[4] else ""
+        return f"nothing stands between thousands: {match[1]}{whole}{rest}{match[5] or ''}"
+    return ""
+
+
 def _read_as_text(node: Node, text: str, message: str) -> str:
     if node.plain and "needs keys" in message and (match := EQUALS.match(text)):
         return colon_for(match[1])
-    if match := COMMA.fullmatch(text):
-        return f"numbers have a decimal point: {match[1]}.{match[2]}{match[3] or ''}"
+    if hint := point_for(text):
+        return hint
     if node.plain and (hint := _plain_text(text, message)):
         return hint
-    if match := NO_SPACE.fullmatch(text):
+    if hint := _range_or_name(text, message):
+        return hint
+    if "foreach needs" not in message and (match := NO_SPACE.fullmatch(text)):
         return f"a space is missing after the colon: `{match[1]}: {shown(match[2])}`"
     return odd_characters(node.value)
+
+
+def _range_or_name(text: str, message: str) -> str:
+    """A range, or the value of a name, as other languages write them."""
+    if match := RANGE.fullmatch(text):
+        first, own, middle, last, unit, step, _ = match.groups()
+        unit = unit or own or ""
+        span = _span(f"{first}{unit}", f"{last}{unit}", f"{middle or step or 1}{unit}")
+        if "foreach needs" in message:
+            return f"write {span}"
+        if "the device wants" in message:
+            return (
+                f"it wants one value; a loop goes through a range, such as foreach: {{x: {span}}}"
+            )
+    if "foreach needs" in message and (match := WELLS.fullmatch(text)):
+        listed = f"[{match[1]}, ..., {match[2]}]"
+        return f"write {listed}, all of them, or \"${{{{ csv('plate.csv') }}}}\" for a table"
+    if match := SHELL.fullmatch(text):
+        name = match[1]
+        return f"write ${{{{ {name} }}}} for its value, ${{{{ params.{name} }}}} for a parameter's"
+    return ""
+
+
+def _span(first: str, last: str, step: str) -> str:
+    return f'"${{{{ span({first}, {last}, {step}) }}}}"'
+
+
+def _bounds(node: Node) -> tuple[str, str, str] | None:
+    """What `{from: 0 mm, to: 5 mm, step: 1 mm}` says of a span; None for other keys."""
+    told = {key.casefold(): str(one.value) for key, one in (node.members or {}).items() if one}
+    found = [
+        next((told[word] for word in words if word in told), None)
+        for words in (("from", "start", "min"), ("to", "stop", "end", "max"), ("step", "by"))
+    ]
+    first, last, step = found
+    return None if first is None or last is None else (first, last, step or "1")
 
 
 def _plain_text(text: str, message: str) -> str:
@@ -201,15 +266,6 @@ def _plain_text(text: str, message: str) -> str:
         hours, minutes, over = (int(part or 0) for part in match.groups())
         total = hours * 3600 + minutes * 60 + over
         return f"a time has one number and one unit; write {f'{total} s' if over else f'{total // 60} min'}"
-    if match := RANGE.fullmatch(text):
-        unit = match[3] or ""
-        span = f'"${{{{ span({match[1]}{unit}, {match[2]}{unit}, 1{unit}) }}}}"'
-        if "foreach needs" in message:
-            return f"write {span}"
-        if "the device wants" in message:
-            return (
-                f"it wants one value; a loop goes through a range, such as foreach: {{x: {span}}}"
-            )
     if NAMED.fullmatch(text):
         return f'write "${{{{ {text} }}}}" for its value'
     if match := GROUPED.fullmatch(text):
@@ -230,6 +286,8 @@ def key_hint(key: str, text: str, start: int, end: int) -> str:
         return f"a space is missing after the colon: `{match[1]}: {shown(match[2])}`"
     if match := EQUALS.match(key):
         return colon_for(match[1])
+    if (match := UNIT_BEHIND.fullmatch(key)) and match[2] in (*PLAIN, *COMMON):
+        return f"a unit stands behind its number: `{match[1]}: 1 {match[2]}`"
     if NO_VALUE.match(text, end) and text[:start].rstrip()[-1:] == ",":
         return NO_BRACKETS
     return odd_characters(key)

@@ -12,6 +12,9 @@ from .yaml_traps import colon_for
 NO_TOKEN = re.compile(r"found character '(.+)' that cannot start any token")
 GOT = re.compile(r"but (?:got|found) \(?'?([^',)]+)'?")
 KEY = re.compile(r"[ ]*(?:-[ ]+)*([^\s:#'\"-][^:#]*):(?=\s|$)")
+NO_TEMPLATE = (
+    "`foreach` repeats steps, `if` chooses between them, ${{ ... }} is an expression's value"
+)
 QUOTE_TEXT = "put the text in quotes"
 SECOND = re.compile(r"[{,]\s*[A-Za-z]\w*:\s+[\w.]+?\s*(;|(?<=\s))\s*([a-z_]+)$")
 """In a mapping in brackets, a key with a value of one word and another key behind it."""
@@ -52,6 +55,8 @@ def _translate(said: str, context: str, lines: Lines, offset: int, begun: int) -
     if lines.text[offset : offset + 1] == "\t":
         return tab(offset)
     if match := NO_TOKEN.search(said):
+        if before.endswith("{") and match[1] == "%":
+            return _fault("{% ... %} is another program's template", offset - 1, NO_TEMPLATE)
         text = line[len(before) :]
         if "flow" in context or re.search(r"[{\[]", before):
             text = re.split(r"[,\]}]", text, maxsplit=1)[0] or text
