@@ -18,6 +18,7 @@ from .yaml_traps import COMMA
 HEADER = re.compile(r"(?P<name>.*?)\s*(?:\((?P<round>[^()]*)\)|\[(?P<square>[^\[\]]*)\])")
 KEY = "key"
 """The column of a run's table that names the iteration of each row, as `3,1` in a grid."""
+COMMA_ALONE = re.compile(r"[-+]?[0-9]+,[0-9]+(?:[eE][-+]?[0-9]+)?")
 BOOLEANS = {"true": True, "false": False}
 KINDS = ("text", "number", "integer", "boolean")
 
@@ -63,6 +64,8 @@ class Column:
     name: str
     kind: str
     place: int
+    comma: bool = False
+    """Its numbers have a decimal comma, and so no points."""
 
     @property
     def type(self) -> Type:
@@ -75,7 +78,7 @@ class Column:
             return bare(cell)
         if cell == "":
             return None
-        return READERS.get(self.kind, _number)(cell)
+        return READERS.get(self.kind, _number)(_pointed(cell) if self.comma else cell)
 
     def read(self, cell: str) -> Any:
         """The value of a cell, null for an empty one; raises ValueError."""
@@ -89,10 +92,24 @@ class Column:
 
 
 def columns_of(
-    file: str, header: list[str], rows: list[list[str]], kinds: Mapping[str, Any]
+    file: str,
+    header: list[str],
+    rows: list[list[str]],
+    kinds: Mapping[str, Any],
+    *,
+    commas: bool = False,
 ) -> list[Column]:
-    """The columns of a table; raises TableFault where header and call do not match."""
-    columns = [_column(file, place, head, rows, kinds) for place, head in enumerate(header) if head]
+    """The columns of a table; raises TableFault where header and call do not match.
+
+    With `commas` a number may have a decimal comma: what separates cells is none.
+    """
+    if header[0] and not any(header[1:]) and any(any(row[1:]) for row in rows):
+        raise TableFault(
+            f"csv: {file}: the first line names one column, {header[0]!r}, and rows have more; "
+            "a title above the names is a comment with # before it"
+        )
+    heads = ((place, head) for place, head in enumerate(header) if head)
+    columns = [_column(file, place, head, rows, kinds, commas) for place, head in heads]
     names = [column.name for column in columns]
     for name in names:
         if names.count(name) > 1:
@@ -104,28 +121,39 @@ def columns_of(
 
 
 def _column(
-    file: str, place: int, head: str, rows: list[list[str]], kinds: Mapping[str, Any]
+    file: str,
+    place: int,
+    head: str,
+    rows: list[list[str]],
+    kinds: Mapping[str, Any],
+    commas: bool,
 ) -> Column:
     match = HEADER.fullmatch(head)
     name = _word(match["name"] if match else head)
     unit = (match["round"] or match["square"]) if match else None
     if unit is not None and not _is_unit(unit):
         raise TableFault(f"csv: {file}: the column {head!r}: {unit} is not a unit")
+    cells = [row[place] for row in rows]
+    comma = commas and name != KEY and any(map(COMMA_ALONE.fullmatch, cells))
     for wanted, kind in kinds.items():
         if not isinstance(kind, str) or not (kind in KINDS or _is_unit(kind)):
             raise TableFault(f"csv: {wanted}={kind!r} is neither a unit nor {', '.join(KINDS)}")
         if wanted == name or f"{wanted}_{kind}" == name:
             if unit is not None and unit != kind:
                 raise TableFault(f"csv: {file}: the column {head!r} is in {unit}, not in {kind}")
-            return Column(wanted, kind, place)
-    cells = [row[place] for row in rows]
-    kind = unit or _inferred(cells)
-    if kind == "text" and name != KEY and (comma := _decimal_comma(cells)):
+            return Column(wanted, kind, place, comma)
+    kind = unit or _inferred([_pointed(cell) for cell in cells] if comma else cells)
+    if kind == "text" and name != KEY and not comma and (lone := _decimal_comma(cells)):
         raise TableFault(
-            f"csv: {file}: {name} is {comma!r} in a row; numbers have a decimal point, and for "
+            f"csv: {file}: {name} is {lone!r} in a row; numbers have a decimal point, and for "
             f"text say csv({file!r}, {name}='text')"
         )
-    return Column(name, kind, place)
+    return Column(name, kind, place, comma)
+
+
+def _pointed(cell: str) -> str:
+    """A number with a decimal comma as one with a point; a point is then no number's."""
+    return cell.replace(".", "_").replace(",", ".", 1)
 
 
 def _word(head: str) -> str:

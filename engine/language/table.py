@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,10 +12,12 @@ from .column import Column, TableFault, columns_of
 from .grid import Lazy
 from .types import Type
 from .used_files import FileFault, find_file
-from .yaml_traps import COMMA
+from .yaml_traps import point_for
 
 LARGEST = 50_000_000
 """Bytes; a million rows of a few numbers."""
+EXCEL = "in Excel: CSV UTF-8"
+SEPARATOR = re.compile(r"sep=([,;\t])\r?\n")
 
 
 class Table(Lazy):
@@ -44,7 +47,7 @@ class Tables:
     protocol: Path
     folders: Sequence[Path]
     opened: dict[str, Path] = field(default_factory=dict)
-    _cells: dict[str, list[list[str]]] = field(default_factory=dict)
+    _cells: dict[str, "Cells"] = field(default_factory=dict)
     _made: dict[tuple[Any, ...], Table] = field(default_factory=dict)
 
     def __call__(self, file: Any = None, **kinds: Any) -> Table:
@@ -69,10 +72,14 @@ def table_of(file: str, text: str) -> Table:
     return _table(file, _rows(file, text), {})
 
 
-def _table(file: str, cells: Sequence[list[str]], kinds: Mapping[str, Any]) -> Table:
-    header, *rows = cells
+Cells = tuple[str, list[list[str]]]
+"""What separates the cells, and they themselves."""
+
+
+def _table(file: str, cells: Cells, kinds: Mapping[str, Any]) -> Table:
+    delimiter, (header, *rows) = cells
     _level(file, len(header), rows)
-    columns = columns_of(file, header, rows, kinds)
+    columns = columns_of(file, header, rows, kinds, commas=delimiter == ";")
     _check(file, columns, rows)
     return Table(columns, rows)
 
@@ -96,12 +103,21 @@ def _text(protocol: Path, file: str, folders: Sequence[Path]) -> tuple[Path, str
     try:
         return path, data.decode("utf-8-sig")
     except UnicodeDecodeError as fault:
-        raise TableFault(f"csv: {file} is not UTF-8 text; save it with that encoding") from fault
+        raise TableFault(
+            f"csv: {file} is not UTF-8 text; save it with that encoding ({EXCEL})"
+        ) from fault
 
 
-def _rows(file: str, text: str) -> list[list[str]]:
+def _rows(file: str, text: str) -> Cells:
+    if "\0" in text:
+        raise TableFault(
+            f"csv: {file} is not text; a workbook has to be saved as a table ({EXCEL})"
+        )
+    if said := SEPARATOR.match(text):  # Excel's own first line
+        text = text[said.end() :]
     first = text.partition("\n")[0]
     delimiter = max(",;\t", key=first.count) if any(c in first for c in ",;\t") else ","
+    delimiter = said[1] if said else delimiter
     try:
         rows = [[cell.strip() for cell in row] for row in _reader(text, delimiter)]
     except csv.Error as fault:
@@ -109,7 +125,7 @@ def _rows(file: str, text: str) -> list[list[str]]:
     rows = [row for row in rows if any(row) and not row[0].startswith("#")]
     if not rows:
         raise TableFault(f"csv: {file} is empty; its first line names the columns")
-    return rows
+    return delimiter, rows
 
 
 def _reader(text: str, delimiter: str) -> Any:
@@ -124,7 +140,9 @@ def _check(file: str, columns: Sequence[Column], rows: list[list[str]]) -> None:
             try:
                 column.plain(cell)
             except ValueError:
-                point = "; numbers have a decimal point" if COMMA.fullmatch(cell) else ""
+                point = f"; {hint}" if (hint := point_for(cell)) else ""
+                if column.comma:
+                    point = "; where one number of a column has a decimal comma, none has a point"
                 raise TableFault(
                     f"csv: {file}, row {index}: {column.name} is {cell!r}, "
                     f"which is not {column.wants}{point}"

@@ -38,6 +38,11 @@ def test_header_units_and_inferred_kinds_make_the_fields_of_a_row(tmp_path):
         ("a,b\n1\n", {"a": 1, "b": ""}),
         ("a,b\n1,2,,\n", {"a": 1, "b": 2}),
         ("a;b\n1,5;x\none;y\n", {"a": "1,5", "b": "x"}),
+        ("a;b\n1,5;x\n2;y\n", {"a": 1.5, "b": "x"}),
+        ("a (mm);b\n1,5E+01;1.5\n", {"a": quantity(15, "mm"), "b": 1.5}),
+        ("sep=;\r\na;b\r\n1,500;x\r\n", {"a": 1.5, "b": "x"}),
+        ("a;key\n1,5;3,1\n", {"a": 1.5, "key": "3,1"}),
+        (",a\n0,1\n", {"a": 1}),
         ("a\n1e3\n", {"a": 1000.0}),
         ("a\n007\n", {"a": 7}),
     ],
@@ -60,8 +65,23 @@ def test_tables_of_other_programs_are_read(tmp_path, text, first):
         ('a\n"never closed\n', {}, "is not a table"),
         ("a\nnan\n", {"a": "number"}, "which is not a number"),
         ("a,b\n1,2\n1,2,3\n", {}, "row 2 has 3 cells, and the first line names 2"),
-        ("a;b\n1,5;x\n2;y\n", {}, "a is '1,5' in a row; numbers have a decimal point"),
-        ("a (mm);b\n1,5;x\n", {}, "not a number (mm); numbers have a decimal point"),
+        ("a\tb\n1,5\tx\n2\ty\n", {}, "a is '1,5' in a row; numbers have a decimal point"),
+        ("a (mm)\tb\n1,5\tx\n", {}, "not a number (mm); numbers have a decimal point"),
+        (
+            "a (mm);b\n1,5;x\n1.000;x\n",
+            {},
+            "row 2: a is '1.000', which is not a number (mm); where",
+        ),
+        (
+            "Plate 1;;\nsample;x (mm);y\nA;1;2\n",
+            {},
+            "names one column, 'Plate 1', and rows have more",
+        ),
+        (
+            "PK\x03\x04\x00",
+            {},
+            "not text; a workbook has to be saved as a table (in Excel: CSV UTF-8)",
+        ),
     ],
 )
 def test_a_table_that_does_not_fit_is_refused_with_its_row(tmp_path, text, kinds, says):
