@@ -103,7 +103,8 @@ def entry_of(folder: Path) -> Entry:
 def _of_summary(told: Summary, said: dict[str, Any], sample: str) -> Entry:
     reason, points = told.reason, told.points
     if told.fate == "interrupted":
-        reason = f"continue with `labrun resume {told.run}`"
+        run = f'"{said["run"]}"' if " " in said["run"] else said["run"]
+        reason = f"continue with `labrun resume {run}`"
     return Entry(
         **said, protocol=told.protocol, fate=told.fate, word=ended_as(told.fate, told.holes),
         reason=reason, began=told.began, ended=told.ended,

@@ -331,7 +331,10 @@ def read_history(records: Iterable[j.JournalRecord], *, comparing: bool = False)
             continue
         history.take(record)
     if history.started is None:
-        raise JournalFault("the journal has no start of a run: there is nothing to resume")
+        raise JournalFault(
+            "the journal has no start of a run: it was killed before it began, or its journal was "
+            "emptied; there is nothing to resume, so start it anew"
+        )
     return history
 
 

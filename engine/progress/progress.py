@@ -3,6 +3,7 @@
 import time
 from collections import deque
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from ...schemas.event import Event
 from ...schemas.journal import ended_as
@@ -164,7 +165,9 @@ def ending_lines(event: Event) -> list[str]:
     if event.data.get("points") and (event.state != "succeeded" or event.data["holes"]):
         lines.append(f"  points: {event.data['points']}")
     lines.append(f"everything is in {event.data['folder']}")
-    resume = f"labrun resume {event.path.rpartition('_')[2]}"
+    place = Path(event.data["folder"])
+    run = event.path.rpartition("_")[2] if place.parent == Path("runs") else str(place)
+    resume = f'labrun resume "{run}"' if " " in run else f"labrun resume {run}"
     if event.data.get("resumable", event.state != "succeeded"):
         lines.append(f"continue with: {resume}")
     if holes := event.data["holes"]:

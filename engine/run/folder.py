@@ -8,6 +8,7 @@ import time
 from contextlib import suppress
 from datetime import datetime
 from hashlib import sha256
+from os.path import isdir
 from pathlib import Path
 from typing import IO
 
@@ -157,9 +158,8 @@ def all_runs(runs: Path) -> list[Path]:
 
 def find_run(runs: Path, name: str) -> Path:
     """A run by its path, its name, or an end of its name such as `7f3a`; `last` is the newest."""
-    direct = Path(name)
-    if direct.is_dir():
-        direct = direct.resolve()  # `.` has a name, too
+    if isdir(name):  # noqa: PTH112 -- Path.is_dir() raises for a name that is too long
+        direct = Path(name).resolve()  # `.` has a name, too
         if is_run(direct):
             return direct
         raise FolderFault(f"{direct} is not a run's folder: it holds no {JOURNAL}")
@@ -247,7 +247,11 @@ def is_live(folder: Path) -> bool:
     if not lock.path.exists():
         return False
     try:
-        with lock.path.open("a+") as file:
+        file = lock.path.open("a+")
+    except OSError:  # another person's run, or a disk that cannot be written
+        file = lock.path.open()
+    try:
+        with file:
             lock_file(file)
         return False
     except OSError:

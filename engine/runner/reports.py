@@ -1,11 +1,13 @@
 """Reports and figures of a run: made by the plug-ins registered as `labrun.reports`."""
 
+import errno
 import logging
 from importlib.metadata import entry_points
 from pathlib import Path
 
 from ...system.extras import in_words
 
+OF_THE_DISK = (errno.EROFS, errno.EACCES, errno.EPERM, errno.ENOSPC, errno.EDQUOT, errno.EIO)
 LOG = logging.getLogger("labrun")
 
 
@@ -17,7 +19,10 @@ def make_reports(folder: Path) -> tuple[list[Path], list[str]]:
         try:
             made.extend(point.load()(folder))
         except Exception as fault:  # a plug-in's fault must not stop the run from ending
-            if not isinstance(fault, ImportError):
+            words = in_words(fault)
+            if isinstance(fault, OSError) and fault.errno in OF_THE_DISK:
+                words = f"{folder}: {fault.strerror}"
+            elif not isinstance(fault, ImportError):
                 LOG.exception("report %r", point.name)
-            failed.append(f"report {point.name!r} was not made: {in_words(fault)}")
+            failed.append(f"report {point.name!r} was not made: {words}")
     return made, failed

@@ -2,9 +2,11 @@
 
 from io import StringIO
 
+import pytest
+
 from labrun.engine.progress import plain as plain_module
 from labrun.engine.progress import progress as progress_module
-from labrun.engine.progress.progress import Progress
+from labrun.engine.progress.progress import Progress, ending_lines
 from labrun.schemas.event import Event
 from labrun.system.pace import rate_text
 
@@ -57,6 +59,22 @@ def test_a_point_that_takes_longer_than_its_kind_slows_the_rate(monkeypatch):
     told.now += 11
 
     assert loop.rate == 0.5
+
+
+@pytest.mark.parametrize(
+    ("folder", "line"),
+    [
+        ("runs/2026-11-27_scan_abccf4ea", "labrun resume abccf4ea"),
+        ("runs/my own run", 'labrun resume "my own run"'),
+        ("/data/2026-11-27_scan_abccf4ea", "labrun resume /data/2026-11-27_scan_abccf4ea"),
+    ],
+)
+def test_the_line_to_go_on_finds_the_run_from_here(folder, line):
+    data = {"outputs": {}, "folder": folder, "holes": 0}
+    name = folder.rpartition("/")[2]
+    event = Event(event="finished", path=name, state="failed", data=data)
+
+    assert ending_lines(event)[-1] == f"continue with: {line}"
 
 
 def test_slow_rates_are_told_per_minute_or_hour():

@@ -1,10 +1,12 @@
 """One engine holds a run's folder; a check whether there is one never gets in its way."""
 
+import errno
 import json
 import os
 import re
 import shutil
 import threading
+from pathlib import Path
 
 import pytest
 from ruamel.yaml import YAML
@@ -30,6 +32,30 @@ def test_a_folder_is_live_as_long_as_its_engine_holds_it(tmp_path):
     engine.release()
 
     assert (before, held, is_live(tmp_path)) == (False, True, False)
+
+
+def test_what_may_only_be_read_is_not_live_for_that(tmp_path, monkeypatch):
+    engine, opened = FolderLock(tmp_path), Path.open
+    engine.take()
+
+    def only_read(path, mode="r", **options):
+        if mode == "a+":
+            raise OSError(errno.EROFS, "Read-only file system")
+        return opened(path, mode, **options)
+
+    monkeypatch.setattr(Path, "open", only_read)
+    held = is_live(tmp_path)
+    engine.release()
+
+    assert (held, is_live(tmp_path)) == (True, False)
+
+
+@pytest.mark.parametrize("name", ["nope", "a" * 300, ""])
+def test_a_name_of_no_run_is_refused(tmp_path, name, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    with pytest.raises(FolderFault, match="no run"):
+        find_run(tmp_path, name)
 
 
 def test_the_last_run_stays_the_last_when_a_backup_is_put_back(tmp_path):
