@@ -266,9 +266,10 @@ class BridgeConfig(Model):
         returned = self.said()[asked].returns if asked in self.said() else {}
         for name in fields:
             if returned and name not in returned:
+                whole = f"; `{name}` is said once, for the whole config" if name == "poll" else ""
                 yield ConfigFault(
                     ("until", name),
-                    f"{asked} returns no {name}; it returns {_listed(returned)}",
+                    f"{asked} returns no {name}; it returns {_listed(returned)}{whole}",
                     True,
                 )
             asked_for = WHOLE.fullmatch(wanted) if isinstance(wanted := until[name], str) else None

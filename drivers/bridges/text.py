@@ -69,6 +69,13 @@ class TextConfig(LineBridgeConfig):
 
     error_query: TextAction | None = None
 
+    @model_validator(mode="after")
+    def _answers_before_its_prompt(self) -> "TextConfig":
+        for name, said in self.actions.items():
+            if self.prompt and said.answer == "":
+                raise ValueError(f"{name}: leave out its empty `answer`; the prompt ends it")
+        return self
+
     @field_validator("error_query")
     @classmethod
     def _asks(cls, value: TextAction | None) -> TextAction | None:

@@ -59,6 +59,7 @@ WRITTEN = {
     "at_once": "such as at_once: 3",
     "keep_going": "such as keep_going: {in_a_row: 3}",
     "retry": "such as retry: 3",
+    "until": "such as until: {do: state, busy: false}",
     "watch": 'such as watch: [{when: "${{ status.floor.wet }}", then: pause}]',
 }
 """How what is often written otherwise is written."""
@@ -199,12 +200,13 @@ def _problem(
             message = f"unknown keys {listed(repr(key) for key in beside)}"
         hint = f"allowed here: {', '.join(allowed)}" if allowed else ""
         hint += "; an action's own parameters go under `with`" if "with" in allowed else ""
+        hint += "; what its driver needs goes under `config`" if "config" in allowed else ""
         return source.problem((*place, *path), "E110", message, hint, key=True)
     if "missing" in kinds:
         around = (*place, *path[:-1])
         return source.problem(around, "E111", f"the key {name!r} is missing", key=bool(path[:-1]))
     value = at(data, path)
-    message = _says(name, errors, value)
+    message = _says(name, errors, value).removeprefix(": ")
     at_key = any("[key]" in str(part) for error in errors for part in error["loc"])
     where = (*place, *(part for part in path if part != "[key]"))
     way_on = _way_on_in_lab if model is Lab else _way_on
@@ -214,6 +216,8 @@ def _problem(
 
 def _way_on(path: Place, message: str, value: Any) -> str:
     """What to write in place of a value of the wrong form; or nothing."""
+    if not path:  # all of it: two keys that do not go together
+        return ""
     if message.endswith(NAME) and isinstance(value, str):
         plain = re.sub(r"[\W_]+", "_", value, flags=re.ASCII).strip("_")
         return f"write {plain}" if re.match(r"[A-Za-z]", plain) else ""
@@ -229,6 +233,8 @@ def _way_on(path: Place, message: str, value: Any) -> str:
         return f"write `do: {call[1]}`, and its parameters under `with`"
     if path[-1] == "do" and isinstance(value, list):
         return "one action each step; `parallel: [...]` begins several together"
+    if path[-2:-1] in (("params",), ("returns",)) and isinstance(value, str):
+        return f"write {path[-1]}: {{unit: {value}}}"
     if "needs a list" in message and isinstance(value, str) and " " not in value.strip():
         return f"write `- do: {value}` below it" if "." in value else f"write [{value}]"
     return WRITTEN.get(_name(path), "")
@@ -242,6 +248,8 @@ def _way_on_in_lab(path: Place, message: str, value: Any) -> str:
         case ("devices", name) if isinstance(value, str) and not message.endswith(NAME):
             contract = value if "@" in value else "gantry@1"
             return f"such as {name}: {{contract: {contract}, driver: ./driver.py:Driver}}"
+        case ("devices", _, "port") if isinstance(value, str):
+            return f"what its driver needs goes under `config`: config: {{port: {value}}}"
         case ("devices", _, "limits", param):
             return f"such as {param}: {{minimum: 0, maximum: 100}}"
         case ("devices", _, "config"):

@@ -16,6 +16,7 @@ MEANT = {
     "inputs": "params", "returns": "outputs", "vars": "set", "variables": "set",
     "print": "log", "echo": "log", "message": "log", "try": "steps",
     "as": "id", "register": "id", "save": "id", "save_as": "id", "store": "id",
+    "cmd": "send write query", "command": "do send write query", "type": "driver", "unit": "returns",
     "async": "mode", "background": "mode",
     "continue-on-error": "on_error", "ignore_errors": "on_error",
     "on_fail": "on_error", "on_failure": "on_error", "title": "name",

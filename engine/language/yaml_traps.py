@@ -210,7 +210,8 @@ def _read_as_text(node: Node, text: str, message: str) -> str:
         return hint
     if hint := _range_or_name(text, message):
         return hint
-    if "foreach needs" not in message and (match := NO_SPACE.fullmatch(text)):
+    match = NO_SPACE.fullmatch(text)
+    if match and "foreach needs" not in message and not match[1].isupper():  # as SCPI is
         return f"a space is missing after the colon: `{match[1]}: {shown(match[2])}`"
     return odd_characters(node.value)
 

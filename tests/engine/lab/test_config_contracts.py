@@ -103,6 +103,16 @@ def test_the_checker_knows_it_as_any_other(tmp_path):
         ("unit: V}}}", "unit: V, scale: 0}}}", "E132 8:93 it is a number other than 0"),
         ("unit: V}}}", "unit: V, bits: [7, 4]}}}", "E132 8:92 it is the first and the last bit"),
         ("unit: V}}}", "unit: V, decimal: ;}}}", "E132 8:95 it is a point or a comma"),
+        (
+            "      errors",
+            "      local_port: 4000\n      errors",
+            "E112 5:7 a `local_port` is where answers",
+        ),
+        (
+            "unit: V}}}",
+            "unit: V}}, until: {do: voltage, poll: 1 s}}",
+            "E132 8:109 voltage returns no poll; it returns voltage; `poll` is said once",
+        ),
     ],
 )
 def test_what_is_said_wrongly_is_told_at_its_place(tmp_path, old, new, told):
@@ -110,6 +120,38 @@ def test_what_is_said_wrongly_is_told_at_its_place(tmp_path, old, new, told):
     _, problems = load(tmp_path, LAB.replace(old, new, 1))
 
     assert len(problems) == 1 and problems[0].startswith(told), problems
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("    config:", "    port: COM3\n    config:", "`config`: config: {port: COM3}"),
+        ("    config:", "    baud: 9600\n    config:", "what its driver needs goes under `config`"),
+        ("{voltage: {type: number, unit: V}}", "{voltage: V}", "write voltage: {unit: V}"),
+        (
+            '{query: "MEAS:VOLT:DC?", returns',
+            '{query: "MEAS:VOLT:DC?", unit: V, returns',
+            "returns?",
+        ),
+        ("{write: SHOT}", '"SYST:SHOT"', "needs keys with values, not 'SYST:SHOT' = \n"),
+        ("{write: SHOT}", "{write: SHOT, until: ready}", "such as until: {do: state, busy: false}"),
+        (
+            "driver: scpi\n    config:",
+            "driver: text\n    config:\n      prompt: '>'",
+            "b: leave out its empty `answer`; the prompt ends it",
+        ),
+    ],
+)
+def test_what_people_write_instead_is_told_with_the_way_on(tmp_path, old, new, says):
+    assert old in LAB
+    text = LAB.replace(old, new, 1)
+    if "driver: text" in text:
+        text = text[: text.index("      errors")] + "      actions: {b: {send: B, answer: ''}}\n"
+    path = tmp_path / "lab.yaml"
+    path.write_text(text)
+    _, problems = load_lab(path)
+
+    assert says in "".join(f"{p.message} = {p.hint}\n" for p in problems)
 
 
 CONTRACT = """type: meter@1
