@@ -83,7 +83,7 @@ def main() -> None:
         if _reader_is_gone(fault):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             sys.exit(PROBLEMS)
-        sys.exit(_not_installed(argv, fault) or _own_fault())
+        sys.exit(_of_the_disk(fault) or _not_installed(argv, fault) or _own_fault())
 
 
 def _asks_more(argv: list[str]) -> bool:
@@ -184,6 +184,19 @@ def _reader_is_gone(fault: Exception) -> bool:
     from ..system.output import reader_is_gone
 
     return reader_is_gone(fault)
+
+
+def _of_the_disk(fault: Exception) -> int:
+    """Say what a disk or its owner refuses, wherever that shows; 0 if that is not what went wrong."""
+    from ..system.files import FULL, REFUSED
+
+    if not isinstance(fault, OSError) or fault.errno not in (REFUSED if fault.filename else FULL):
+        return 0
+    place = f"{fault.filename}: " if fault.filename else "what it prints cannot be written: "
+    print(f"labrun: {place}{fault.strerror}", file=sys.stderr)
+    if not fault.filename:  # what is left unwritten would be tried once more at the end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return PROBLEMS
 
 
 def _not_installed(argv: list[str], fault: Exception) -> int:

@@ -1,5 +1,6 @@
 """Files that are whole: a reader sees the old one or the new one, and a power cut leaves one of them."""
 
+import errno
 import os
 import secrets
 import shutil
@@ -22,6 +23,10 @@ except ImportError:  # Windows
 
 BINARY = getattr(os, "O_BINARY", 0)
 """A flag for `os.open`: without it Windows writes every line's end as two characters."""
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""A disk that takes no more."""
+REFUSED = (*FULL, errno.EROFS, errno.EACCES, errno.EPERM, errno.ENAMETOOLONG)
+"""What is no fault of a program: the disk, its owner or a name that it cannot have."""
 FAR = 1 << 30
 """The byte that is locked on Windows: beyond the file's end, since nobody else may read a locked one."""
 PAUSES_S = (0.001, 0.002, 0.005, 0.01, 0.02, *[0.05] * 100)

@@ -1,13 +1,12 @@
 """Reports and figures of a run: made by the plug-ins registered as `labrun.reports`."""
 
-import errno
 import logging
 from importlib.metadata import entry_points
 from pathlib import Path
 
 from ...system.extras import in_words
+from ...system.files import REFUSED
 
-OF_THE_DISK = (errno.EROFS, errno.EACCES, errno.EPERM, errno.ENOSPC, errno.EDQUOT, errno.EIO)
 LOG = logging.getLogger("labrun")
 
 
@@ -20,7 +19,7 @@ def make_reports(folder: Path) -> tuple[list[Path], list[str]]:
             made.extend(point.load()(folder))
         except Exception as fault:  # a plug-in's fault must not stop the run from ending
             words = in_words(fault)
-            if isinstance(fault, OSError) and fault.errno in OF_THE_DISK:
+            if isinstance(fault, OSError) and fault.errno in REFUSED:
                 words = f"{folder}: {fault.strerror}"
             elif not isinstance(fault, ImportError):
                 LOG.exception("report %r", point.name)

@@ -1,5 +1,6 @@
 """The command line as a whole: bare files, exit statuses, and never a traceback."""
 
+import errno
 import json
 import os
 import subprocess
@@ -9,6 +10,7 @@ from importlib.metadata import entry_points
 import pytest
 
 from labrun import __version__
+from labrun.engine import cli
 from labrun.engine.cli import COMMANDS, FROM_ENTRY_POINTS, GROUPS, arguments, ros_args
 
 COMMAND = [sys.executable, "-m", "labrun.engine"]
@@ -136,3 +138,17 @@ def test_a_folder_for_runs_that_cannot_be_made_is_a_sentence(tmp_path):
 )  # fmt: skip
 def test_arguments_as_ros_launches_its_programs_are_one_option(given, read):
     assert ros_args(given) == read
+
+
+@pytest.mark.parametrize(
+    ("fault", "status", "says"),
+    [
+        (OSError(errno.EROFS, "Read-only file system", "runs/x"), 2, "labrun: runs/x: Read-only"),
+        (PermissionError(errno.EACCES, "Permission denied"), 0, ""),  # of a port, say
+        (FileNotFoundError(errno.ENOENT, "No such file", "x"), 0, ""),
+        (ValueError("x"), 0, ""),
+    ],
+)
+def test_what_a_disk_refuses_is_no_internal_error(fault, status, says, capsys):
+    assert cli._of_the_disk(fault) == status
+    assert capsys.readouterr().err.startswith(says)
