@@ -74,6 +74,9 @@ def kept_names(folder: Path) -> dict[str, dict[str, str]] | None:
 
 
 def _guess(path: Path) -> str:
+    slashed = path.name.replace("\\", "/")  # as Windows writes it, which is a name elsewhere
+    if slashed != path.name and (path.parent / slashed).is_file():
+        return f"; did you mean {slashed}?"
     try:
         near = closest(path.name, (entry.name for entry in path.parent.iterdir()))
     except OSError:

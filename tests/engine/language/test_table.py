@@ -91,6 +91,15 @@ def test_a_table_that_does_not_fit_is_refused_with_its_row(tmp_path, text, kinds
     assert says in str(fault.value)
 
 
+@pytest.mark.posix("a backslash stands between folders there")
+def test_a_path_as_windows_has_it_is_told_with_slashes(tmp_path):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "t.csv").write_text("a\n1\n")
+
+    with pytest.raises(TableFault, match=r"there is no file data\\t.csv .*did you mean data/t.csv"):
+        Tables(tmp_path / "p.yaml", [tmp_path])("data\\t.csv")
+
+
 def test_a_file_that_is_not_there_suggests_the_one_that_is(tmp_path):
     (tmp_path / "samples.csv").write_text("a\n1\n")
     with pytest.raises(TableFault) as fault:
