@@ -102,7 +102,9 @@ class FedGantry(JogRules):
     async def _still(self) -> Point:
         """Where it stands, once all motion has ended."""
         await self._finish()
-        return await self._machine()
+        machine = await self._machine()
+        self._publish(machine)
+        return machine
 
     async def _drive(self, goal: GoalContext, end: dict[int, float], feed: float | None) -> Point:
         with self._moving(goal, "move"):

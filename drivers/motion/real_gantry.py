@@ -294,6 +294,7 @@ class RealGantry(AnyGantry):
             words = f"move to {_axes_words(leg)} (`{self._move_line(end, feed)}`)"
             with self._telling(words):
                 machine = await self._drive(goal, end, feed)
+                self._publish(machine)
         return self._place(machine)
 
     def _check_target(self, wanted: dict[str, float], safe_z: float | None) -> None:

@@ -92,10 +92,12 @@ def test_a_line_whose_answer_or_text_was_lost_is_carried_out_once(
         await driver.jog(GoalContext("2"), axis="x", distance=1)
         peer.relative = True  # a file on its card said so
         await driver.move_to(GoalContext("3"), x=14, z=90)
-        return await driver.status()
+        rides = driver.world.look("gantry")  # what a simulated analyser on it knows, at once
+        return rides, await driver.status()
 
-    status = played(gantry(peer), story)
+    rides, status = played(gantry(peer), story)
 
+    assert (rides["x"], rides["z"]) == (14, 90)
     assert status["x"] == 14 and at(peer)[0] == 14 and not status["pins"]
 
 

@@ -51,6 +51,7 @@ def test_a_move_has_not_succeeded_before_it_stands_whatever_status_says(peers, p
                 await asyncio.sleep(0.005)
             assert peer.move is None
             assert peer.place[0] - ORIGIN_X == pytest.approx(x, abs=0.005)
+            assert driver.world.look("gantry")["x"] == pytest.approx(x, abs=0.005)
         return false_idle, control.completed
 
     false_idle, completed = played(peer, story)
