@@ -7,13 +7,15 @@ line (text, nan, a huge exponent) is left to the caller.
 
 import numpy as np
 
-from .kernel import kernel
+from .kernel import float_kernel, kernel
 
 MINUS, PLUS, POINT, ZERO, NINE = (ord(c) for c in "-+.09")
 LINE_FEED, RETURN, SPACE, TAB, COMMA, SEMICOLON = (ord(c) for c in "\n\r \t,;")
 EXPONENTS = tuple(ord(c) for c in "eEdD")  # Fortran writes 1.0D+02
 EXACT_POWERS = np.array([10.0**n for n in range(23)])  # higher ones are not exact in a double
 MAX_DIGITS = 18  # what fits into an int64
+TEN, MOST_PLAIN = np.uint8(10), np.uint64(17)  # digits of a number that is read the quick way
+LINE = 64  # more characters than any line of two such numbers
 
 
 @kernel
@@ -83,6 +85,59 @@ def skip_blanks(text, at):
     while at < len(text) and (text[at] == SPACE or text[at] == TAB or text[at] == RETURN):
         at += 1
     return at
+
+
+@float_kernel
+def plain_pairs(text, at, first, second, n):
+    """As `pairs`, of lines that are digits, one mark and digits: every other line is odd, and the last few.
+
+    Places are unsigned, and it is one loop: code that may count places from the end, or that calls for
+    each number, takes six times as long.
+    """
+    one, at = np.uint64(1), np.uint64(at)
+    stop = np.uint64(max(len(text) - LINE, 0))
+    x, negative = 0.0, False
+    while at < stop:
+        line = at
+        for column in range(2):
+            begin, power = at, np.uint64(0)
+            end = at + MOST_PLAIN
+            digits, c = np.int64(0), np.uint8(text[at] - ZERO)
+            while c < TEN and at <= end:
+                digits = digits * 10 + np.int64(c)
+                at += one
+                c = np.uint8(text[at] - ZERO)
+            n_seen = at - begin
+            if text[at] == POINT:
+                at += one
+                point, c = at, np.uint8(text[at] - ZERO)
+                while c < TEN and at <= end:
+                    digits = digits * 10 + np.int64(c)
+                    at += one
+                    c = np.uint8(text[at] - ZERO)
+                power = at - point
+                n_seen += power
+            if n_seen == np.uint64(0) or n_seen > MOST_PLAIN:
+                return np.int64(line), n
+            value = digits / EXACT_POWERS[power]
+            mark = text[at]
+            if column == 0:
+                if mark != COMMA and mark != TAB and mark != SEMICOLON:
+                    return np.int64(line), n
+                at += one
+                x, negative = value, text[at] == MINUS
+                if negative:
+                    at += one
+                continue
+            if mark == RETURN:
+                at += one
+                mark = text[at]
+            if mark != LINE_FEED:
+                return np.int64(line), n
+            at += one
+            first[n], second[n] = x, -value if negative else value
+            n += 1
+    return np.int64(at), n
 
 
 @kernel

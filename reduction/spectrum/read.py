@@ -55,8 +55,10 @@ def read_shots(
     told = _readout(raw, None if columns is None else tuple(columns))
     notes = list(told.notes)
     axis, counts = _with_wavelengths(np.asarray(told.axis, np.float64), told.shots, notes)
-    counts = np.where(np.isfinite(counts), counts, np.nan)
-    if not np.isfinite(counts).any():
+    good = np.isfinite(counts)
+    if not good.all():
+        counts = np.where(good, counts, np.nan)
+    if not good.any():
         raise Unreadable("the spectrum has no numeric intensity")
     in_unit = unit or told.unit or "nm"
     if unit is None and told.unit is None:
@@ -99,7 +101,10 @@ def _with_wavelengths(
     axis: FloatArray, counts: FloatArray, notes: list[str]
 ) -> tuple[FloatArray, FloatArray]:
     """Without channels at the ends that have none, as pixels beyond a spectrograph's range."""
-    known = np.flatnonzero(np.isfinite(axis))
+    finite = np.isfinite(axis)
+    if finite.all() and len(axis):
+        return axis, counts
+    known = np.flatnonzero(finite)
     if not len(known) or len(known) < known[-1] - known[0] + 1:
         raise Unreadable(
             "a wavelength is not a number; are these the columns of the spectrum? Say which with --columns"
@@ -113,7 +118,7 @@ def _with_wavelengths(
 def _ascending(nm: FloatArray, counts: FloatArray, notes: list[str]) -> Shots:
     """In the order of wavelengths, equal ones averaged; stacked spectra become shots."""
     steps = np.diff(nm)
-    if np.all(steps < 0):
+    if len(steps) and steps[0] < 0 and np.all(steps < 0):
         nm, counts, steps = nm[::-1].copy(), np.ascontiguousarray(counts[:, ::-1]), -steps[::-1]
     if not np.all(steps > 0):
         stacked = _stacked(nm, counts)

@@ -22,13 +22,24 @@ PYHAT = {"", "meta", "comp", "wvl"}  # what stands above the headings of its tab
 SHOWN = 3
 
 
+def _all_short(text: bytes) -> bool:
+    """Whether no line has LONG characters."""
+    at = -1  # of a line's end
+    while at + LONG < len(text):
+        following = text.rfind(b"\n", at + 1, at + LONG + 1)
+        if following < 0:
+            return False
+        at = following
+    return True
+
+
 def read_rows(text: bytes) -> Readout | None:
     """The spectra; None for another kind of table. Raises Unreadable, with the line."""
     if (marked := _marked(text)) is not None:
         return marked
     stop = text.find(b"\n", LOOKED_AT)
     beginning = text[:stop] if stop > 0 else text
-    if max(map(len, beginning.split(b"\n"))) < LONG:
+    if _all_short(beginning):
         return None
     n_long = 0
     for at, _, raw in lines_of(text):

@@ -28,7 +28,7 @@ CUT = "; was the file cut off while it was written?"
 def read_text(raw: bytes, columns: tuple[str, ...] | None = None) -> Readout:
     """The axis and the shots. columns: numbers from 1 or headings, wavelengths first."""
     text = text_bytes(raw)
-    if not text.strip():
+    if not text or text.isspace():
         raise Unreadable("the spectrum is empty: it has no row of wavelength and intensity")
     if columns is None and (rows := read_rows(text)) is not None:
         return rows
@@ -37,9 +37,9 @@ def read_text(raw: bytes, columns: tuple[str, ...] | None = None) -> Readout:
         raise _no_numbers(text)
     _check_end(text, dialect)
     notes: list[str] = []
-    body = text[dialect.begin :]
-    if dialect.columns == 2 and dialect.decimal == "," != dialect.separator and b"." not in body:
-        body = body.replace(b",", b".")
+    commas = dialect.columns == 2 and dialect.decimal == "," != dialect.separator
+    if commas and text.find(b".", dialect.begin) < 0:
+        body = text[dialect.begin :].replace(b",", b".")
         table = _pairs(text[: dialect.begin] + body, dialect, ".")
     elif dialect.columns == 2:
         table = _pairs(text, dialect, dialect.decimal)
@@ -70,13 +70,14 @@ def _unit_above(dialect: Dialect) -> Unit | None:
 
 def _pairs(text: bytes, dialect: Dialect, decimal: str) -> FloatArray:
     """Two columns, shape (2, n)."""
-    from .parse import pairs  # compiled: kept out of the import of this file
+    from .parse import pairs, plain_pairs  # compiled: kept out of the import of this file
 
     array = np.frombuffer(text, dtype=np.uint8)
     n_most = np.count_nonzero(array[dialect.begin :] == ord("\n")) + 1
     table = np.empty((2, n_most))
     at, n = dialect.begin, 0
     while True:
+        at, n = plain_pairs(array, at, table[0], table[1], n)
         at, n = pairs(array, at, table[0], table[1], n)
         if at >= len(text):
             break
@@ -209,6 +210,8 @@ def _check_end(text: bytes, dialect: Dialect) -> None:
     That is certain where many lines before all have as many decimals, and the last one, which no
     line feed ends, has fewer.
     """
+    if text.endswith(b"\n"):
+        return
     *before, last = text[dialect.begin :].rsplit(b"\n", ALIKE + 1)
     if not last or len(before) <= ALIKE:
         return
