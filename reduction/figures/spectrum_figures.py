@@ -7,7 +7,7 @@ import numpy as np
 
 from ..reduce import Reduction
 from ..spectrum.spectrum import Spectrum
-from ..tables.plot import cation_fraction, lines_of_plot
+from ..tables.plot import cation_fraction, fraction_curve, lines_of_plot
 from .boltzmann import boltzmann_figure
 from .fit_window import fit_figure, window_around
 from .lithium_ratio import lithium_ratio_figure
@@ -53,8 +53,7 @@ def _figures(reduction: Reduction, window_nm, log) -> Iterator[tuple[str, Callab
         yield "lithium_ratio", lambda: lithium_ratio_figure(kelvin, ratio)
     share = cation_fraction(reduction)
     if share is not None:
-        found = _one(share.share, share.share_error)
-        curve = share.temperature_k, share.curve, share.low, share.high
+        found, curve = _one(share.share, share.share_error), fraction_curve(reduction)
         yield (
             "lithium_fraction",
             lambda: lithium_share_figure(kelvin, found, None, curve, share.elements),

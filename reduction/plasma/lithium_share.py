@@ -1,9 +1,11 @@
 """Lithium's share of a plasma's elements, and the share for the same light at other temperatures."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from ..lines.lines import of_lines
 from ..spectrum.spectrum import FloatArray, IntArray
 from .boltzmann import CALIBRATION, Plot, PlotLines
 from .boltzmann import THICK as THICK_BY_HEAT
@@ -27,14 +29,19 @@ HEAT_STEP = 0.01  # of ln(T), for slopes
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LithiumShare:
-    """share of all cations whose lines are in the plot, with its standard error at the plasma's
-    temperature; the same along temperature_k, with the edges that the density's error gives."""
+    """share of all cations whose lines are in the plot, with its standard error, at the plasma's
+    temperature."""
 
     share: float
     share_error: float
     elements: tuple[str, ...]
+
+
+class ShareCurve(NamedTuple):
+    """The share along the temperature, with the edges that the density's error gives; shape (n,)."""
+
     temperature_k: FloatArray
-    curve: FloatArray
+    share: FloatArray
     low: FloatArray
     high: FloatArray
 
@@ -48,25 +55,34 @@ def lithium_share(lines: PlotLines, plot: Plot) -> LithiumShare | None:
     names = atoms().elements
     if not np.any(names[lines.element] == "Li"):
         return None
-    log_thin = lines.log_area - np.log(np.maximum(plot.kept, 1e-12))
-    kelvin = np.linspace(1 - SPAN, 1 + SPAN, N_GRID) * plot.temperature_k
-    densities = plot.log10_ne + plot.log10_ne_error * np.array([-1.0, 0.0, 1.0])
-    curves = np.array([[_share(lines, log_thin, t, 10**d) for t in kelvin] for d in densities])
-    low, high = curves.min(axis=0), curves.max(axis=0)
-    share = float(np.interp(plot.temperature_k, kelvin, curves[1]))
+    share = _share(lines, plot, plot.temperature_k, 10**plot.log10_ne)
     error = min(share * _relative_error(lines, plot), max(share, 1.0 - share))
     there = np.unique(lines.element)
     found = tuple(str(names[e]) for e in there[cations(there)])
-    return LithiumShare(share, error, found, kelvin, curves[1], low, high)
+    return LithiumShare(share, error, found)
+
+
+def share_curve(lines: PlotLines, plot: Plot) -> ShareCurve:
+    """The same light at other temperatures. Lithium must be in the plot."""
+    kelvin = np.linspace(1 - SPAN, 1 + SPAN, N_GRID) * plot.temperature_k
+    densities = plot.log10_ne + plot.log10_ne_error * np.array([-1.0, 0.0, 1.0])
+    curves = np.array([[_share(lines, plot, t, 10**d) for t in kelvin] for d in densities])
+    return ShareCurve(kelvin, curves[1], curves.min(axis=0), curves.max(axis=0))
 
 
 def cations(elements: IntArray) -> np.ndarray:
     """Which of the elements (indices, any number) count."""
-    return ~np.isin(atoms().elements[elements], sorted(NO_CATIONS))
+    return _counts()[elements]
 
 
-def _share(lines: PlotLines, log_thin: FloatArray, kelvin: float, density: float) -> float:
-    log_amount = log_thin - lines.thin(kelvin, density)
+@of_lines()
+def _counts() -> np.ndarray:
+    return ~np.isin(atoms().elements, sorted(NO_CATIONS))
+
+
+def _share(lines: PlotLines, plot: Plot, kelvin: float, density: float) -> float:
+    log_kept = np.log(np.maximum(plot.kept, 1e-12))
+    log_amount = lines.log_area - log_kept - lines.thin(kelvin, density)
     weight = 1.0 / lines.error**2
     elements, which = np.unique(lines.element, return_inverse=True)
     mean = np.bincount(which, weight * log_amount) / np.bincount(which, weight)

@@ -1,7 +1,7 @@
 """The Saha-Boltzmann plot of a reduction: its lines, and what they say of lithium."""
 
-from ..plasma.boltzmann import PlotLines
-from ..plasma.lithium_share import LithiumShare, lithium_share
+from ..plasma.boltzmann import Plot, PlotLines
+from ..plasma.lithium_share import LithiumShare, ShareCurve, lithium_share, share_curve
 from ..reduce import Reduction
 
 
@@ -19,7 +19,16 @@ def cation_fraction(reduction: Reduction) -> LithiumShare | None:
     The one definition: in the tables, the maps and the figures. Chamber gas, air and anions do not
     count; the light that lines lose to self-absorption is made good.
     """
+    plotted = _plotted(reduction)
+    return None if plotted is None else lithium_share(*plotted)
+
+
+def fraction_curve(reduction: Reduction) -> ShareCurve | None:
+    """The same at other temperatures, for figures; None where there was no plot."""
+    plotted = _plotted(reduction)
+    return None if plotted is None else share_curve(*plotted)
+
+
+def _plotted(reduction: Reduction) -> tuple[PlotLines, Plot] | None:
     lines, found = lines_of_plot(reduction), reduction.identified
-    if lines is None or found is None or found.plot is None:
-        return None
-    return lithium_share(lines, found.plot)
+    return None if lines is None or found is None or found.plot is None else (lines, found.plot)

@@ -17,7 +17,7 @@ from labrun.reduction.figures.spectrum import spectrum_figure
 from labrun.reduction.figures.temperature_map import temperature_map_figure
 from labrun.reduction.maps.classes.classify import classify
 from labrun.reduction.maps.points.points import Points
-from labrun.reduction.plasma.lithium_share import lithium_share
+from labrun.reduction.plasma.lithium_share import lithium_share, share_curve
 from labrun.reduction.tables.plot import lines_of_plot
 
 
@@ -120,14 +120,14 @@ def test_noise_has_no_boltzmann_plot_and_still_a_spectrum():
 
 def test_the_share_of_lithium_rises_with_the_temperature_it_is_read_at(pegmatite, overlaps):
     _, reduction = pegmatite
-    found = lithium_share(lines_of_plot(reduction), reduction.identified.plot)
+    plotted = lines_of_plot(reduction), reduction.identified.plot
+    found, curve = lithium_share(*plotted), share_curve(*plotted)
 
     assert 0 < found.share < 1 and found.share_error > 0
-    assert np.all(np.diff(found.curve) > 0)
-    assert np.all(found.low <= found.high)
+    assert np.all(np.diff(curve.share) > 0)
+    assert np.all(curve.low <= curve.high)
     assert "Li" in found.elements and "O" not in found.elements
     with paper():
-        curve = found.temperature_k, found.curve, found.low, found.high
         figure = lithium_share_figure(
             one(reduction.temperature_k), one(found.share, found.share_error), None, curve
         )
