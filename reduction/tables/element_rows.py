@@ -4,11 +4,13 @@ Requested elements and the usual elements of rocks have their predominant line, 
 spectrum, so that their areas can be mapped; the others have their strongest matched line.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..calibration.calibration import Concentration
 from ..elements.elements import ElementPeak, find_elements, with_hydrogen
 from ..elements.match import LIMIT_SIGMA
 from ..elements.offsets import Offsets
@@ -19,6 +21,9 @@ from ..plasma.strengths import atoms
 from ..reduce import Reduction
 from ..spectrum.spectrum import FloatArray
 from .columns import BETWEEN_FLAGS, Cells
+
+if TYPE_CHECKING:
+    from ..calibration.calibration import Concentration
 
 BOX_OF_GAUSSIAN = 1.0645  # area / (height * fwhm)
 BETWEEN_ELEMENTS = " "
@@ -89,7 +94,8 @@ def _tabulated(shown_nm: FloatArray, reduction: Reduction) -> FloatArray:
     found = reduction.identified
     if found is None:
         return np.full(len(shown_nm), np.nan)
-    order = np.argsort(found.matched.shown_nm)
+    nearly = found.catalogue.order  # of wavelengths at another temperature
+    order = nearly[np.argsort(found.matched.shown_nm[nearly], kind="stable")]
     at = np.searchsorted(found.matched.shown_nm[order], shown_nm).clip(0, len(order) - 1)
     return np.where(np.isnan(shown_nm), np.nan, found.expected.vacuum_nm[order[at]])
 
