@@ -3,7 +3,9 @@
 Lines of one element and stage that the instrument cannot resolve are one entry, at their mean.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -26,7 +28,7 @@ class Catalogue:
     to, shape (n,); first: where the entries of each element begin, shape (e + 1,). leader: the row
     (of the line table) that is strongest in each entry, shape (entries,). Of the leaders, shape
     (entries,): element, low_ev (lower level), uncertainty (of ln A), width_nm (full Stark width at
-    1e17 electrons per cm3). order: the entries by wavelength.
+    1e17 electrons per cm3). order: the entries by wavelength. spans: those of each element.
     """
 
     rows: IntArray
@@ -38,6 +40,11 @@ class Catalogue:
     uncertainty: FloatArray
     width_nm: FloatArray
     order: IntArray
+    spans: tuple[IntArray, ...]
+
+    def entries_of(self, elements: Sequence[int]) -> IntArray:
+        """The entries of some elements, one element after the other."""
+        return np.concatenate([self.spans[e] for e in elements] or [np.empty(0, np.int64)])
 
     def strengths(self, temperature_k: float, density_per_cm3: float) -> "Expected":
         """Expected line of each entry at a temperature and density."""
@@ -78,6 +85,7 @@ def catalogue(first_nm: float, last_nm: float, apart_nm: float) -> Catalogue:
     return Catalogue(
         flat, which, np.array(first), leaders, a.element[leaders], a.e_i_ev[leaders],
         a.uncertainty[leaders], a.width_nm[leaders], np.argsort(a.wavelength_nm[leaders]),
+        tuple(np.arange(begin, end) for begin, end in pairwise(first)),
     )  # fmt: skip
 
 
@@ -91,6 +99,9 @@ def _summed(log, wavelength_nm, entry, n):
         while i < len(entry) and entry[i] == k:
             top = max(top, log[i])
             i += 1
+        if i == begin + 1:  # as most are
+            log_sum[k], mean_nm[k] = top, wavelength_nm[begin]
+            continue
         total, moment = 0.0, 0.0
         for j in range(begin, i):
             weight = np.exp(log[j] - top)

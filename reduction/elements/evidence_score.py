@@ -79,6 +79,8 @@ def evidence_score(begin, end, lines, peaks, log_free):
             weight, better = _at(scale, begin, end, lines, peaks, log_free, dark)
             if weight > best:
                 best, best_scale = weight, scale
+            if better == scale:  # no line agrees: the same again
+                break
             scale = better
     return best, best_scale
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from ..spectrum.curve import median
+from ..spectrum.same_axis import of_axis
 from ..spectrum.spectrum import FloatArray
 
 BLOCK_NM, LEAST_CHANNELS = 1.0, 8  # whose low quantile is the light between the lines
@@ -23,16 +24,14 @@ MOST = 5
 
 def gain_steps(x: FloatArray, counts: FloatArray) -> FloatArray:
     """Places of the clearest jumps, nm, ascending, at most MOST; x, counts: shape (n,), no NaN."""
-    pitch = float(median(np.diff(x)))
-    width = max(int(BLOCK_NM / pitch), LEAST_CHANNELS)
+    width = _width(x)
     blocks = len(x) // width
     if blocks < 2 * FAR + 2:
         return np.empty(0)
     place = int(LOW * width)
     low = np.partition(counts[: blocks * width].reshape(blocks, width), place, axis=1)[:, place]
     at = np.arange(FAR, blocks - FAR + 1)
-    near = np.median(sliding_window_view(low, NEAR), axis=1)
-    wide = np.median(sliding_window_view(low, FAR - NEAR), axis=1)
+    near, wide = _medians(low, NEAR), _medians(low, FAR - NEAR)
     before, after = near[at - NEAR], near[at]
     far = wide[at + NEAR] - wide[at - FAR]
     jump = after - before
@@ -47,6 +46,18 @@ def gain_steps(x: FloatArray, counts: FloatArray) -> FloatArray:
         if all(abs(at[i] - other) > FAR for other in found):
             found.append(int(at[i]))
     return np.sort([_edge(x, counts, block * width, width) for block in found])
+
+
+@of_axis
+def _width(x: FloatArray) -> int:
+    """Channels of a block."""
+    return max(int(BLOCK_NM / float(median(np.diff(x)))), LEAST_CHANNELS)
+
+
+def _medians(values: FloatArray, n: int) -> FloatArray:
+    """Of every n neighbours; shape (k - n + 1,)."""
+    ordered = np.sort(sliding_window_view(values, n), axis=1)
+    return 0.5 * (ordered[:, (n - 1) // 2] + ordered[:, n // 2])
 
 
 def _edge(x: FloatArray, counts: FloatArray, near: int, width: int) -> float:

@@ -230,9 +230,7 @@ def _level_bend(
 
 def _gone(known: Catalogue, expected: Expected, matched: Matched, indexed: Indexed):
     """Entries of accepted elements that should show and do not, and ln(area) above the limit."""
-    entries = np.concatenate([
-        np.arange(known.first[e], known.first[e + 1]) for e in indexed.accepted
-    ])  # fmt: skip
+    entries = known.entries_of(indexed.accepted)
     above = expected.log_area[entries] - matched.log_limit[entries]
     bright = above + indexed.log_scale[known.element[entries]] > 0.5
     gone = bright & (matched.peak[entries] == NOT_SEEN)
@@ -306,7 +304,8 @@ def scatter_nm(
 
 def _likeliest(known: Catalogue, tries: list[Expected], matched: Matched) -> tuple[int, Alone]:
     """The initial temperature that explains most, and the elements weighed there."""
-    each = [weigh_alone(known, e.log_area, matched, FIRST_SPREAD) for e in tries]
+    first = weigh_alone(known, tries[0].log_area, matched, FIRST_SPREAD)
+    each = [first, *(first.at(known, e.log_area, matched) for e in tries[1:])]
     best = int(np.argmax([alone.likelihood() for alone in each]))
     return best, each[best]
 
@@ -388,9 +387,7 @@ def _second_offsets(
     profiles, known, expected, indexed: Indexed, before: Offsets, seams_nm
 ) -> Offsets:
     """Only lines of the elements that were found vote, by how bright they should be."""
-    entries = np.concatenate([
-        np.arange(known.first[e], known.first[e + 1]) for e in indexed.accepted
-    ])  # fmt: skip
+    entries = known.entries_of(indexed.accepted)
     bright = expected.log_area[entries] + indexed.log_scale[known.element[entries]]
     faintest = np.log(max(float(np.min(profiles.peaks.area)), 1e-9))
     weight = np.clip((bright - faintest) / 3.0, 0.0, 2.0)

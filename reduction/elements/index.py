@@ -75,6 +75,12 @@ class Alone(NamedTuple):
     weight: FloatArray
     scale: FloatArray
 
+    def at(self, catalogue: Catalogue, log_area: FloatArray, matched: Matched) -> "Alone":
+        """The same with other expected areas."""
+        lines = self.lines._replace(log_area=log_area)
+        scores = evidence_scores(catalogue.first, lines, self.peaks, matched.log_peak)
+        return Alone(lines, self.peaks, *scores)
+
     def likelihood(self, least: float = UNCERTAIN) -> float:
         """Sum of the weights above `least`, prior included."""
         weight = self.weight + log_odds()

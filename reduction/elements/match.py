@@ -122,7 +122,7 @@ def match_lines(
 def _stretch(nm: FloatArray, x: FloatArray) -> IntArray:
     """Which stretch of the axis x each place is in, counted from 0."""
     last = int((x[-1] - x[0]) / STRETCH_NM)
-    return np.clip((nm - x[0]) / STRETCH_NM, 0, last).astype(np.int64)
+    return np.minimum(np.maximum((nm - x[0]) / STRETCH_NM, 0.0).astype(np.int64), last)
 
 
 def _against(centre_nm: FloatArray, x: FloatArray) -> FloatArray:
@@ -175,18 +175,18 @@ def _match(places, axis, peaks, air, edges_nm, offset_nm, place_error):
             k += 1
         while k > 0 and peak_nm[k - 1] >= at:
             k -= 1
-        best = 1e9
+        best = TOLERANCE**2
         crowd = False
         for i in range(max(k - 2, 0), min(k + 2, n_peaks)):
             distance = abs(peak_nm[i] - at)
             if distance > FAR * fwhm or peak_width[i] > TOO_BROAD * wide:
                 continue
-            z = distance / np.sqrt(place_error**2 + min(peak_error[i], 0.3 * fwhm) ** 2)
-            if z < best:
-                best = z
-                if z < TOLERANCE:
-                    which[j], away[j] = i, z
+            square = distance**2 / (place_error**2 + min(peak_error[i], 0.3 * fwhm) ** 2)
+            if square < best:
+                best, which[j] = square, i
             crowd = crowd or (distance < 1.5 * fwhm and area[i] > 2 * limit[j])
-        if which[j] == NOT_SEEN and crowd:
+        if which[j] >= 0:
+            away[j] = np.sqrt(best)
+        elif crowd:
             which[j] = IN_A_CROWD
     return shown, which, away, limit, hidden

@@ -14,6 +14,7 @@ import numpy as np
 from ..lines.air import in_medium
 from ..lines.air_kernel import in_air
 from ..spectrum.kernel import kernel
+from ..spectrum.same_axis import of_axis
 from ..spectrum.spectrum import FloatArray, Medium
 
 FURTHEST_NM = 0.26
@@ -85,6 +86,7 @@ def estimate_offsets(
     return sorted(found, key=lambda offsets: -offsets.votes)
 
 
+@of_axis
 def seams(x: FloatArray) -> FloatArray:
     """Where the pitch of the channels changes abruptly, as between detectors; nm, ascending."""
     pitch = np.diff(x)

@@ -30,13 +30,11 @@ def plot_lines(
     instrument makes of it. beyond: of ln(area), residual of a mistake.
     """
     a = atoms()
-    entries = np.concatenate([
-        np.arange(catalogue.first[e], catalogue.first[e + 1]) for e in indexed.accepted
-    ] or [np.empty(0, np.int64)])  # fmt: skip
+    entries = catalogue.entries_of(indexed.accepted)
     entries = entries[matched.peak[entries] >= 0]
-    element = a.element[catalogue.leader[entries]]
-    gain = np.broadcast_to(response, log_area.shape)
-    expected = np.exp(log_area[entries] + gain[entries] + indexed.log_scale[element])
+    element = catalogue.element[entries]
+    gain = response[entries] if isinstance(response, np.ndarray) else response
+    expected = np.exp(log_area[entries] + gain + indexed.log_scale[element])
     peak = matched.peak[entries]
     total = np.bincount(peak, expected, len(peaks))
     area = np.maximum(peaks.area[peak], 1e-12)

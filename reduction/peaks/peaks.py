@@ -40,10 +40,9 @@ def standing_out(
 def _stand_out(y, noise, significant):
     n = len(y)
     found, clear = np.empty(n // 2 + 1, np.int64), np.empty(n // 2 + 1)
-    k, i = 0, 1
-    while i < n - 1:
-        if y[i] < significant * noise[i] or not y[i - 1] < y[i]:
-            i += 1
+    k, end = 0, 0
+    for i in range(1, n - 1):
+        if y[i] < significant * noise[i] or not y[i - 1] < y[i] or i <= end:
             continue
         end = i  # of a plateau
         while end < n - 1 and y[end + 1] == y[i]:
@@ -54,7 +53,6 @@ def _stand_out(y, noise, significant):
             if height >= significant * noise[top] and height >= LEAST_RELATIVE_PROMINENCE * y[top]:
                 found[k], clear[k] = top, height / noise[top]
                 k += 1
-        i = end + 1
     return found[:k].copy(), clear[:k].copy()
 
 

@@ -117,9 +117,10 @@ def fit_profiles(
         peaks = fit_peaks(x, net, heard, both, taught.slit, before, (seeds, peaks))
     else:
         both = seeds
-    prominence = clear_of(net, noise, both)
-    both, peaks = merged(x, net, heard, both, prominence, peaks, taught.slit)
-    sure = among(both, seeds) & (clear_of(net, noise, both) > NEVER_DROPPED) & ~bad[both]
+    clear = clear_of(net, noise, both)
+    kept, peaks = merged(x, net, heard, both, clear, peaks, taught.slit)
+    both, clear = kept, clear[among(both, kept)]
+    sure = among(both, seeds) & (clear > NEVER_DROPPED) & ~bad[both]
     real = np.flatnonzero(significant(peaks) | (sure & (peaks.area > 0.0)))
     order = real[np.argsort(peaks.centre_nm[real], kind="stable")]
     return Profiles(

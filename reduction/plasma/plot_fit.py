@@ -96,10 +96,10 @@ def read_even(grid, values, at):
 def absorbed(p, thin, which, vacuum_nm, width_nm, growth, log_tau, kept, slope):
     """Fill log_tau, ln of what each line kept, and its slope; keep the opacity within bounds."""
     grid, log_f, slopes = growth
-    kelvin = np.exp(p[0])
+    kelvin, density = np.exp(p[0]), np.exp(p[1])
     thickest = -np.inf
     for i in range(len(thin)):
-        width = max(width_nm[i] * np.exp(p[1]) / 1e17, 1e-4)
+        width = max(width_nm[i] * density / 1e17, 1e-4)
         nm = vacuum_nm[i]
         planck = -5.0 * np.log(nm / 500.0) - np.log(np.expm1(HC_BY_K_NM_K / (nm * kelvin)))
         depth = np.log(PEAK_OF_LORENTZIAN / width) - planck

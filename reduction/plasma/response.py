@@ -65,6 +65,7 @@ def stiffness(knots_nm: FloatArray, seams_nm: FloatArray, usual: Usual) -> Float
 
 def between(knots_nm: FloatArray, at_nm: FloatArray) -> tuple[np.ndarray, FloatArray]:
     """The knot before each place, and which part of the way to the next it is; level outside."""
-    place = np.clip(np.searchsorted(knots_nm, at_nm) - 1, 0, max(len(knots_nm) - 2, 0))
+    last = max(len(knots_nm) - 2, 0)
+    place = np.minimum(np.maximum(np.searchsorted(knots_nm, at_nm) - 1, 0), last)
     part = (at_nm - knots_nm[place]) / (knots_nm[place + 1] - knots_nm[place])
-    return place, np.clip(part, 0.0, 1.0)
+    return place, np.minimum(np.maximum(part, 0.0), 1.0)

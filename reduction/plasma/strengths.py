@@ -128,7 +128,8 @@ def log_strengths(rows: IntArray, temperature_k: float, density_per_cm3: float) 
 
 def _log_u(temperature_k: float) -> FloatArray:
     """ln U of all species at a temperature, shape (e, 2)."""
-    place = np.clip((temperature_k - GRID_K[0]) / (GRID_K[1] - GRID_K[0]), 0, len(GRID_K) - 1.001)
+    place = (temperature_k - GRID_K[0]) / (GRID_K[1] - GRID_K[0])
+    place = min(max(float(place), 0.0), len(GRID_K) - 1.001)
     i = int(place)
     table = atoms().log_u
     return table[:, :, i] + (place - i) * (table[:, :, i + 1] - table[:, :, i])

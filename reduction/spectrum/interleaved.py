@@ -6,6 +6,7 @@ channels are evenly spaced, and together they are not.
 
 import numpy as np
 
+from .same_axis import of_axis
 from .spectrum import FloatArray, IntArray
 
 BEFORE = 16  # channels that tell a detector's pitch, and that end an overlap
@@ -30,8 +31,7 @@ def taken_apart(
     nm: ascending, shape (n,). shots: counts, (s, n). Each detector is used up to the middle of an
     overlap; where both show as much light, all are kept.
     """
-    every = np.arange(len(nm))
-    short = _short(nm, SHORT)
+    every, short = np.arange(len(nm)), _too_short(nm)
     if len(short) < LEAST:
         return every, [], False
     rounding = _rounding(nm)
@@ -73,6 +73,11 @@ def _as_bright(nm: FloatArray, counts: FloatArray, first: IntArray, second: IntA
     one = float(np.sum(np.interp(nm[second], nm[first], counts[first])))
     other = float(np.sum(counts[second]))
     return one > 0 < other and max(one / other, other / one) < UNLIKE
+
+
+@of_axis
+def _too_short(nm: FloatArray) -> IntArray:
+    return _short(nm, SHORT)
 
 
 def _short(nm: FloatArray, part: float) -> IntArray:

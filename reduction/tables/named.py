@@ -34,9 +34,7 @@ def names(reduction: Reduction) -> Names:
     if found is None or not found.indexed.accepted:
         return Names(element, stage, line_nm, shared)
     known = found.catalogue
-    entries = np.concatenate([
-        np.arange(known.first[e], known.first[e + 1]) for e in found.indexed.accepted
-    ])  # fmt: skip
+    entries = known.entries_of(found.indexed.accepted)
     entries = entries[found.matched.peak[entries] >= 0]
     peak, leader = found.matched.peak[entries], known.leader[entries]
     which = atoms().element[leader]
