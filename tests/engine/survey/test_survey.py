@@ -36,7 +36,7 @@ def codes(steps: str, rest: str = "") -> list[str]:
         ("- foreach: {d: [{a: x, b: 1}, {a: y, c: z}]}\n  steps: [{log: '${{ d.a }}'}]", []),
         ("- foreach: {d: [{a: x, b: 1}, {a: y, c: z}]}\n  steps: [{log: '${{ d.aa }}'}]", ["E301"]),
         ("- foreach: {d: [{a: x}, {a: y, c: z}]}\n  steps: [{log: '${{ d.c }}'}]", ["E307"]),
-        ("- foreach: {d: [{A: x, b: '${{ run.id }}'}, {a: y, b: z}]}\n  steps: [{log: '${{ d.a }}'}]", ["E301"]),
+        ("- foreach: {d: [{A: x, b: '${{run.id}}'}, {a: y, b: z}]}\n  steps: [{log: '${{d.a}}'}]", ["E301"]),
         ("- foreach: {d: [{c1: '${{ run.id }}'}, {c2: y}]}\n  steps: [{log: '${{ d.c1 }}'}]", []),
         ("- {log: '${{ run.id }} ${{ run.simulated }} ${{ run.nam }}'}", ["E301"]),
         ("- do: libs.measure\n  fallback: [{fail: '${{ error.name }}: ${{ error.message }}'}]", []),
