@@ -46,30 +46,37 @@ def write(folder: Path, place: Path) -> None:
             note = _group(entry, "protocol", "NXnote")
             copy = protocol_file(folder)
             note["data"], note["file_name"] = copy.read_text(encoding="utf-8"), copy.name
-            spectra = _spectra(folder)
+            spectra, areas = _within(folder)
             for name, rows in found.items():
-                _write_table(entry, name, list(rows.values()), folder, spectra)
+                _write_table(entry, name, list(rows.values()), folder, spectra, areas)
     except (JournalFault, FolderFault) as fault:
         raise ExportFault(str(fault)) from fault
     except ImportError as fault:
         raise ExportFault(not_installed(fault) or str(fault)) from fault
 
 
-def _spectra(folder: Path) -> dict[str, str]:
-    """Path of a loop with the key of an iteration -> the newest spectrum that came from within it."""
-    found = {}
+def _within(folder: Path) -> tuple[dict[str, str], dict[str, set[float]]]:
+    """Path of a loop with the key of an iteration -> what came from within it: the newest spectrum, and the
+    areas of peaks that a reducer told."""
+    spectra: dict[str, str] = {}
+    areas: dict[str, set[float]] = {}
     for record in Records(folder / JOURNAL).of("ended"):
-        if isinstance(record, j.GoalEnded):
-            for name in (name for name in record.files if name.startswith(SPECTRA)):
-                path = record.id.partition("/")[2]
-                while path := path.rpartition("/")[0]:
-                    found[path] = name
-    return found
+        if not isinstance(record, j.GoalEnded):
+            continue
+        names = [name for name in record.files if name.startswith(SPECTRA)]
+        told = (record.result or {}).get("areas")
+        path = record.id.partition("/")[2]
+        while path := path.rpartition("/")[0]:
+            if names:
+                spectra[path] = names[-1]
+            if isinstance(told, dict):
+                areas.setdefault(path, set()).update(v for v in told.values() if v)
+    return spectra, areas
 
 
 def _write_table(
     entry: Any, name: str, rows: list[tuple[j.IterationEnded, dict[str, Any]]], folder: Path,
-    spectra: dict[str, str],
+    spectra: dict[str, str], areas: dict[str, set[float]],
 ) -> None:  # fmt: skip
     columns = list(dict.fromkeys(column for _, row in rows for column in row))
     numbers = {c: made for c in columns if (made := numbers_of([row.get(c) for _, row in rows]))}
@@ -95,6 +102,8 @@ def _write_table(
             values, unit = np.full(shape, np.nan), numbers[column][1]
             values[places] = numbers[column][0]
             unit = unit or ("wt %" if WT_PERCENT.search(column) else "")
+            if not unit and _are_areas(column, rows, areas):
+                unit = "counts nm"
             _attach(data.create_dataset(column, data=values), axes, unit)
         else:
             texts[column] = ["" if (v := row.get(column)) is None else str(v) for _, row in rows]
@@ -109,6 +118,14 @@ def _write_table(
     files = [spectra.get(f"{record.loop}/{record.key}") for record, _ in rows]
     if any(files):
         _write_spectra(entry, f"{name}_spectra", folder, files, places, axes)
+
+
+def _are_areas(
+    column: str, rows: list[tuple[j.IterationEnded, dict[str, Any]]], areas: dict[str, set[float]]
+) -> bool:
+    """Whether each value of a column, but 0, is an area of its own iteration: protocols name columns."""
+    own = [(f"{record.loop}/{record.key}", row[column]) for record, row in rows if row.get(column)]
+    return bool(own) and all(value in areas.get(path, ()) for path, value in own)
 
 
 def _write_spectra(

@@ -95,6 +95,20 @@ def test_a_line_lies_along_its_axis_and_anything_else_along_its_rows(exported):
     assert list(entry["other/row"]) == [0, 1, 2, 3] and list(entry["other/y"]) == [0, 5, 7, 9]
 
 
+def test_what_a_reducer_told_as_areas_has_their_unit_whatever_its_column_is_called(exported):
+    def reduced(key, li):
+        id = f"2026-01-01_map_12345678/main/scan/{key}/analyse/1"
+        return j.GoalEnded(id=id, state="SUCCEEDED", result={"areas": {"Li": li, "K": 0}})
+
+    entry = exported(
+        reduced("0", 7.25), point("0", 0, 0, 1, lithium=7.25, shots=7.25),
+        reduced("1", 0), point("1", 1, 0, 2, lithium=0, shots=3),
+    )  # fmt: skip
+
+    assert entry["data/lithium"].attrs["units"] == "counts nm"
+    assert "units" not in entry["data/shots"].attrs and "units" not in entry["data/Li"].attrs
+
+
 def test_spectra_are_a_cube_and_those_that_cannot_be_read_are_named(exported):
     lines = {
         "a": "200,1\n201,2\n202,3\n",
