@@ -62,6 +62,11 @@ WITHOUT = 0.1  # of the samples, for each trace
 NONE = 1e-9  # wt %: far too little for a line, so that all rocks have the same list of them
 REFERENCE_DEPTH = 8.0  # optical depth of the thickest line of a mean rock
 SPREAD = {"kelvin": 0.04, "electrons": 0.2, "column": 0.2, "shell": 0.06}
+UNLIKE_PART, UNLIKE_KELVIN, UNLIKE_SPREAD = (
+    (0.005, 0.6),
+    (0.45, 0.7),
+    0.3,
+)  # of a shell: share, heat
 SHOT, DRIFT, BRIGHTEST, CONTINUUM = 0.12, 0.10, 30_000.0, 300.0
 
 Sample = tuple[dict[str, float], list[Reduction]]  # wt % by element, and its shots
@@ -108,8 +113,15 @@ def thickest(shares, zone: Zone, off: Scattered | None) -> float:
 class Laboratory:
     """One instrument, and the light it has lost so far."""
 
-    def __init__(self, seed: int, scattered: bool = False) -> None:
+    def __init__(self, seed: int, scattered: bool = False, unlike_shell: bool = False) -> None:
         self.rng = np.random.default_rng(seed)
+        self.shell: tuple[float, float] | None = (
+            None  # share of the atoms, and heat beside the core's
+        )
+        if unlike_shell:
+            own = np.random.default_rng(20_000 + seed)
+            heat = own.uniform(*UNLIKE_KELVIN)
+            self.shell = float(np.exp(own.uniform(*np.log(UNLIKE_PART)))), float(heat)
         self.off = Scattered(10_000 + seed) if scattered else None
         axis = np.linspace(*RANGE_NM, CHANNELS)
         self.instrument = Instrument(
@@ -126,8 +138,12 @@ class Laboratory:
             return 1.0 if plain else float(np.exp(SPREAD[what] * self.rng.standard_normal()))
 
         kelvin, electrons = 11_000 * draw("kelvin"), 1e17 * draw("electrons")
-        shell = 0.12 + (0.0 if plain else SPREAD["shell"] * self.rng.uniform(-1, 1))
-        zones = (Zone(kelvin, electrons, 1 - shell), Zone(0.7 * kelvin, 0.3 * electrons, shell))
+        shell, heat = 0.12 + (0.0 if plain else SPREAD["shell"] * self.rng.uniform(-1, 1)), 0.7
+        if self.shell is not None:
+            part, heat = self.shell
+            off = 0.0 if plain else UNLIKE_SPREAD * self.rng.standard_normal()
+            shell = min(part * float(np.exp(off)), 0.7)
+        zones = (Zone(kelvin, electrons, 1 - shell), Zone(heat * kelvin, 0.3 * electrons, shell))
         shares = shares_of(wt)
         depth = self.depth * draw("column") * thickest(shares, zones[0], self.off)
         light = shine(shares, zones, RANGE_NM, depth, 1e-3, self.off)
@@ -162,10 +178,11 @@ class Series:
 
 
 def measured(
-    seed: int, n_standards: int, n_unknowns: int, n_shots: int, uneven: bool, scattered: bool
-) -> Series:
+    seed: int, n_standards: int, n_unknowns: int, n_shots: int, uneven: bool, scattered: bool,
+    unlike_shell: bool,
+) -> Series:  # fmt: skip
     """Standards and unknowns, one series in a drawn order."""
-    laboratory = Laboratory(seed, scattered)
+    laboratory = Laboratory(seed, scattered, unlike_shell)
     both = n_standards + n_unknowns
     rocks = [rock(laboratory.rng) for _ in range(both)]
     order = laboratory.rng.permutation(both)
@@ -244,6 +261,10 @@ def main() -> None:
         "--scattered", action="store_true",
         help="the lines' true transition probabilities differ from the table's by its accuracy classes",
     )  # fmt: skip
+    own.add_argument(
+        "--unlike-shell", action="store_true",
+        help="each series has a shell of its own: 0.5 to 60 % of the atoms at 0.45 to 0.7 of the temperature",
+    )  # fmt: skip
     asked = own.parse_args()
     print(f"{asked.standards} standards, {asked.unknowns} unknowns, {asked.shots} shots each")
     rows: dict[str, list[Row]] = {method: [] for method in asked.methods}
@@ -257,6 +278,7 @@ def main() -> None:
             asked.shots,
             asked.unknown_response,
             asked.scattered,
+            asked.unlike_shell,
         )
         for method in asked.methods:
             if method in CLOSED:

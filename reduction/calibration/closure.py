@@ -37,9 +37,6 @@ MOST_ERROR = 1.5  # of ln(amount): with more an element's amount is not told
 # them, or a standard is there): its ends, even in ln; the zone's temperature and density beside the plot's.
 COOL_PARTS = np.geomspace(0.005, 0.6, 9)
 COOL_K, COOL_NE = 0.5, 0.3
-# What two zones lack of each ln(amount), as makes errors right on half of the made spectra, of four plasmas
-# (docs/reference/concentrations.md).
-TWO_ZONES = 0.05
 # What a response that had to be found in the same lines leaves of each ln(amount): so many times what the
 # lines scatter beyond their errors, as makes errors right on measured minerals, all of which were seen.
 UNKNOWN_RESPONSE = 1.7
@@ -225,16 +222,15 @@ def _by_standards(
 def _of_two_zones(found: Identified) -> FloatArray:
     """Draws of ln(mass) of the plot's elements, each cool part as often as is its odds; (DRAWS, n)."""
     plot, lines = found.plot, found.lines
-    assert plot is not None and lines is not None
+    assert plot is not None and lines is not None and found.bend is not None
     names = atoms().elements[plot.names]
     weight = np.log([WEIGHT.get(name, 1.0) for name in names.tolist()])
-    parts = cool_parts(lines, plot)
+    parts = cool_parts(lines, plot, found.bend)
     half = (np.arange(DRAWS // 2) + 0.5) / (DRAWS // 2)
     last = np.searchsorted(np.cumsum([part.odds for part in parts])[:-1], half)
     which, drawn = np.concatenate([last, last]), np.empty((DRAWS, len(names)))
     for k in np.unique(which):
-        own_drawn = _drawn(parts[k].covariance + TWO_ZONES**2 * np.eye(len(names)))
-        drawn[which == k] = parts[k].log_scale + own_drawn[which == k]
+        drawn[which == k] = parts[k].log_scale + _drawn(parts[k].covariance)[which == k]
     return drawn + weight - _too_bright(found, len(names))
 
 

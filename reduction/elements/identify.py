@@ -73,7 +73,8 @@ class Identified:
 
     expected: at the plasma's temperature. effective: ln of the area for one atom, self-absorption
     and the instrument's response counted. plot: None where the lines do not tell. lines: those of
-    the plot. response: None where a level one explains the lines. chance: see `by_chance`, (e,).
+    the plot, its response taken off. response: None where a level one explains the lines. bend: what the
+    plot knew of the response. chance: see `by_chance`, (e,).
     """
 
     catalogue: Catalogue
@@ -87,6 +88,7 @@ class Identified:
     lines: PlotLines | None = None
     response: Response | None = None
     chance: FloatArray | None = None
+    bend: Bend | None = None
 
 
 def identify(
@@ -169,7 +171,7 @@ def identify(
     before, hydrogen_at = offsets, offsets.place(H_ALPHA_NM)
     least = max(SECOND_ERROR_NM, CHANNELS_OFF / 2 * pitch_nm, STILL_SHIFTED * wide_nm)
     bonus = _from_h_alpha(hydrogen)
-    widths, unsure = stark(known, FIRST_STARK), gain
+    widths, unsure, bend = stark(known, FIRST_STARK), gain, level
     for last in (False, True) if response is not None else (True,):
         offsets = _second_offsets(profiles, known, expected, indexed, before, of_axis_nm)
         expected = _expected(known, plot, expected)
@@ -211,7 +213,7 @@ def identify(
     )  # fmt: skip
     return Identified(
         known, expected, effective + gain, offsets, matched, indexed, plot, hydrogen, lines, response,
-        chance,
+        chance, bend,
     )  # fmt: skip
 
 

@@ -3,7 +3,9 @@
 Light of the hot zone passes through a cooler one, which absorbs and shines itself. All that one zone has
 (`boltzmann`: temperature, density, opacity, amounts) is fitted again with a part of all atoms in the cool
 one. Lines that begin at the ground shine there more than others, and lose more of the hot zone's light; with
-several lines of an element, or several elements, the whole fit tells one from the other.
+several lines of an element, or several elements, the whole fit tells one from the other. How hot and dense
+that zone is, and what the response may be off by, is fitted, too: what one zone took for a bent response may
+have been a cool part.
 """
 
 from dataclasses import dataclass
@@ -17,6 +19,7 @@ from .boltzmann import (
     USUAL_LOG_NE,
     USUAL_NE_SPREAD,
     USUAL_SPREAD,
+    Bend,
     Plot,
     PlotLines,
 )
@@ -30,106 +33,138 @@ from .plot_fit import (
     MOST_LN_NE,
     trust,
 )
+from .response import between
 
-PARTS = np.geomspace(0.002, 0.6, 6)  # of the atoms that are cool; all as likely beforehand
-COOL_KS, COOL_NE = (0.5, 0.7), 0.3  # temperatures and density there, beside the hot zone's
-STEPS = 4  # each part begins where the one before ended
-SLOPE = np.array([0.005, 0.02, 0.02])  # of ln T, ln n_e and ln of the opacity, for differences
+# Of the atoms, those that are cool: even in the angle whose squared sine they are, all as likely beforehand
+# (Jeffreys' prior of a share).
+PARTS = np.sin(np.linspace(0.05, 0.95, 8)) ** 2
+# Temperature and density there beside the hot zone's, and how far they may be from it (of the ln).
+COOL_K, COOL_K_SPREAD = 0.6, 0.2
+COOL_NE, COOL_NE_SPREAD = 0.3, 0.7
+COOL_ENDS = np.log([[0.4, 0.85], [0.03, 1.0]])
+ZONES = GLOBAL + 2  # parameters that all lines share: these two after the plot's
+LONGEST_STEPS = np.concatenate([LONGEST_STEP, [0.15, 0.5]])
+FEW = 10.0  # lines, by which the scatter of the others is taken to be as their errors say
+STEPS = 3  # each part begins where the one before ended
+SLOPE = np.array([0.005, 0.02, 0.02, 0.01, 0.05])  # of the first parameters, for differences
+# Places across half a line: angles whose tangents are in half widths of the hot zone's line; their weights.
+_AT, _WEIGHT = np.polynomial.legendre.leggauss(12)
+_SQUARE = np.tan((_AT + 1) * np.pi / 4) ** 2
+_WEIGHT = 0.5 * _WEIGHT * (1 + _SQUARE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CoolPart:
-    """One of PARTS at one of COOL_KS: its odds, which add up to 1; ln of the amounts of the plot's elements,
-    (k,), and their covariance (k, k), all else unknown."""
+    """One of PARTS: its odds, which add up to 1; ln of the amounts of the plot's elements, (k,), and their
+    covariance (k, k), all else unknown."""
 
     odds: float
     log_scale: FloatArray
     covariance: FloatArray
 
 
-def cool_parts(lines: PlotLines, plot: Plot) -> list[CoolPart]:
-    """The plot fitted with each of PARTS at each of COOL_KS. lines: those of the plot."""
+def cool_parts(lines: PlotLines, plot: Plot, bend: Bend) -> list[CoolPart]:
+    """The plot fitted with each of PARTS. lines: those of the plot, without its response; bend: the response
+    beforehand, as it was for the plot."""
     which, k = np.searchsorted(plot.names, lines.element), len(plot.names)
-    sigma = np.sqrt(lines.error**2 + CALIBRATION**2)
+    knot, far = np.zeros(len(lines), np.int64), np.zeros(len(lines))
+    if len(bend.knots_nm):
+        knot, far = between(bend.knots_nm, lines.vacuum_nm)
+    zones = _Zones(lines, which, k, knot, far)
+    shown = lines.log_area
     p = np.array([np.log(plot.temperature_k), plot.log10_ne * np.log(10), plot.log_opacity])
-    p = np.concatenate([p, plot.log_scale[plot.names]])
-    toward, prior = p.copy(), np.full(len(p), 1e-9)
-    toward[:2] = np.log(USUAL_K), USUAL_LOG_NE
-    prior[:GLOBAL] = 1 / USUAL_SPREAD**2, 1 / USUAL_NE_SPREAD**2, 0.05
-    misfits, found = [], []
-    for cool_k in COOL_KS:
-        at = p
-        for part in PARTS:
-            zones = _Zones(lines, which, k, float(part), cool_k)
-            normal = np.diag(prior)
-            for _ in range(STEPS):
-                log_area, slopes = zones.with_slopes(at)
-                z = (lines.log_area - log_area) / sigma
-                weight = trust(z) / sigma**2
-                normal = slopes.T @ (weight[:, None] * slopes) + np.diag(prior)
-                gradient = slopes.T @ (weight * z * sigma) - prior * (at - toward)
-                step = np.linalg.solve(normal, gradient)
-                step[:GLOBAL] = np.clip(step[:GLOBAL], -LONGEST_STEP, LONGEST_STEP)
-                at = at + step
-                at[0] = np.clip(at[0], np.log(COOLEST_K), np.log(HOTTEST_K))
-                at[1] = np.clip(at[1], LEAST_LN_NE, MOST_LN_NE)
-            z = (lines.log_area - _log_area(*zones.at(at))) / sigma
-            say = trust(z)
-            # An outlier counts as in the fit: what it adds is bounded.
-            misfits.append(np.sum(z**2 * np.sqrt(say)) + np.sum(prior * (at - toward) ** 2))
-            chi2 = np.sum(say * z**2) / max(say.sum() - GLOBAL - k + 1, 1.0)
-            covariance = np.linalg.inv(normal)[GLOBAL:, GLOBAL:] * max(chi2, 1.0)
-            found.append((at[GLOBAL:], covariance))
-    log_odds = -0.5 * np.array(misfits) / max(plot.chi2, 1.0)
+    p = np.concatenate([p, np.log([COOL_K, COOL_NE]), plot.log_scale[plot.names]])
+    if plot.response is not None:
+        p = np.concatenate([p, plot.response.log_gain])
+        shown = shown + plot.response.at(lines.vacuum_nm)
+    sigma = np.sqrt(lines.error**2 + CALIBRATION**2)
+    toward = np.zeros(len(p))
+    toward[:2], toward[2 : ZONES + k] = (np.log(USUAL_K), USUAL_LOG_NE), p[2 : ZONES + k]
+    prior = 1e-9 * np.eye(len(p))
+    prior[range(ZONES), range(ZONES)] = (
+        1 / USUAL_SPREAD**2, 1 / USUAL_NE_SPREAD**2, 0.05, 1 / COOL_K_SPREAD**2, 1 / COOL_NE_SPREAD**2
+    )  # fmt: skip
+    prior[ZONES + k :, ZONES + k :] = bend.stiff
+    misfits, scales, found = [], [], []
+    for part in PARTS:
+        told = normal = prior
+        for _ in range(STEPS):
+            log_area, slopes = zones.with_slopes(p, part)
+            z = (shown - log_area) / sigma
+            weight = trust(z) / sigma**2
+            told = slopes.T @ (weight[:, None] * slopes)
+            normal = told + prior
+            step = np.linalg.solve(normal, slopes.T @ (weight * z * sigma) - prior @ (p - toward))
+            step[:ZONES] = np.clip(step[:ZONES], -LONGEST_STEPS, LONGEST_STEPS)
+            p = p + step
+            p[0] = np.clip(p[0], np.log(COOLEST_K), np.log(HOTTEST_K))
+            p[1] = np.clip(p[1], LEAST_LN_NE, MOST_LN_NE)
+            p[GLOBAL:ZONES] = np.clip(p[GLOBAL:ZONES], *COOL_ENDS.T)
+        z = (shown - zones.log_area(p, part)) / sigma
+        say = trust(z)
+        # An outlier counts as in the fit: what it adds is bounded.
+        misfits.append(np.sum(z**2 * np.sqrt(say)) + (p - toward) @ prior @ (p - toward))
+        covariance = np.linalg.inv(normal)
+        # As many parameters as the lines tell, and not what is known beforehand, take their freedom.
+        scales.append(_scatter(np.sum(say * z**2), say.sum() - np.sum(covariance * told)))
+        own = slice(ZONES, ZONES + k)
+        found.append((p[own], covariance[own, own] * scales[-1]))
+    log_odds = -0.5 * np.array(misfits) / max(min(scales), 1.0)
     odds = np.exp(log_odds - log_odds.max())
     return [CoolPart(float(one), *of) for one, of in zip(odds / odds.sum(), found, strict=True)]
 
 
+def _scatter(squares: float, free: float) -> float:
+    """Mean square of lines' deviations in their own errors, where they are enough to tell it; else near 1."""
+    return float((squares + FEW) / (max(free, 0.0) + FEW))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Zones:
-    """Lines, (n,), of k elements, `which` of them each is of, with a part of the atoms in a cool zone."""
+    """Lines, (n,), of k elements, `which` of them each is of; the knot of the response before each, and which
+    part of the way to the next it is."""
 
     lines: PlotLines
     which: IntArray
     k: int
-    part: float
-    cool_k: float
+    knot: IntArray
+    far: FloatArray
 
-    def with_slopes(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """ln of the lines' areas, (n,), and how they grow with each parameter, (n, 3 + k)."""
-        hot, cool, hot_depth, cool_depth = self.at(p)
-        log_area = _log_area(hot, cool, hot_depth, cool_depth)
-        slopes = np.zeros((len(log_area), GLOBAL + self.k))
-        for a in range(2):
+    def with_slopes(self, p: FloatArray, part: float) -> tuple[FloatArray, FloatArray]:
+        """ln of the lines' areas, (n,), and how they grow with each parameter, (n, p)."""
+        log_area, rows = self.log_area(p, part), np.arange(len(self.lines))
+        slopes = np.zeros((len(log_area), len(p)))
+        for a, by in enumerate(SLOPE):
             more = p.copy()
-            more[a] += SLOPE[a]
-            slopes[:, a] = (_log_area(*self.at(more)) - log_area) / SLOPE[a]
-        thicker = _log_area(hot, cool, hot_depth + SLOPE[2], cool_depth + SLOPE[2])
-        slopes[:, 2] = (thicker - log_area) / SLOPE[2]
-        slopes[np.arange(len(log_area)), GLOBAL + self.which] = 1 + slopes[:, 2]
+            more[a] += by
+            slopes[:, a] = (self.log_area(more, part) - log_area) / by
+        slopes[rows, ZONES + self.which] = 1 + slopes[:, 2]
+        if len(p) > ZONES + self.k:
+            slopes[rows, ZONES + self.k + self.knot] = 1 - self.far
+            slopes[rows, ZONES + self.k + self.knot + 1] = self.far
         return log_area, slopes
 
-    def at(self, p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """ln of the thin area of the hot and of the cool zone, and of the depths of both, each (n,)."""
+    def log_area(self, p: FloatArray, part: float) -> FloatArray:
+        """ln of the areas: of the hot zone's light what the cool one lets pass, and its own.
+
+        Of one zone a line's area is Planck's radiance times W(tau) = tau f(tau) (`growth`), as wide as its
+        zone's density makes it; the hot zone's light behind the cool one is integrated across the line.
+        """
         lines, kelvin, density = self.lines, float(np.exp(p[0])), float(np.exp(p[1]))
-        scale, width = p[GLOBAL + self.which], lines.width_nm * density / 1e17
-        cool_kelvin = self.cool_k * kelvin
-        hot = lines.thin(kelvin, density) + scale + np.log1p(-self.part)
-        cool = lines.thin(cool_kelvin, COOL_NE * density) + scale + np.log(self.part)
+        cooler, thinner = float(np.exp(p[GLOBAL])), float(np.exp(p[GLOBAL + 1]))
+        scale, width = p[ZONES + self.which], lines.width_nm * density / 1e17
+        hot = lines.thin(kelvin, density) + scale + np.log1p(-part)
+        cool = lines.thin(cooler * kelvin, thinner * density) + scale + np.log(part)
         hot_depth = p[2] + hot + log_depth_of_unit(lines.vacuum_nm, width, kelvin)
-        cool_depth = p[2] + cool + log_depth_of_unit(lines.vacuum_nm, width, cool_kelvin)
-        return hot, cool, hot_depth, cool_depth
-
-
-def _log_area(hot, cool, hot_depth, cool_depth) -> FloatArray:
-    """ln of the areas: of the light of both zones in a row what the cool one does not take, and its own.
-
-    Of one zone a line's area is Planck's radiance times W(tau) = tau f(tau) (`growth`); both zones' lines
-    are taken to be as wide. So the hot zone's light behind the cool is radiance (W(hot + cool) - W(cool)).
-    """
-    both = np.logaddexp(hot_depth, cool_depth)
-    log_kept_cool = log_kept(cool_depth)[0]
-    all_hot = hot - hot_depth + both + log_kept(both)[0]
-    taken = hot - hot_depth + cool_depth + log_kept_cool
-    passed = np.log1p(-np.minimum(np.exp(taken - all_hot), 1 - 1e-9))
-    return np.logaddexp(all_hot + passed, cool + log_kept_cool)
+        cool_depth = (
+            p[2] + cool + log_depth_of_unit(lines.vacuum_nm, thinner * width, cooler * kelvin)
+        )
+        hot_tau, cool_tau = (np.exp(np.clip(d, -30, 14))[:, None] for d in (hot_depth, cool_depth))
+        shining = -np.expm1(-hot_tau / (1 + _SQUARE))
+        passed = (shining * np.exp(-cool_tau / (1 + _SQUARE / thinner**2))) @ _WEIGHT
+        behind = hot - hot_depth + np.log(np.maximum(passed, 1e-300))
+        log_area = np.logaddexp(behind, cool + log_kept(cool_depth)[0])
+        if len(p) > ZONES + self.k:
+            gain = p[ZONES + self.k :]
+            log_area = log_area + (1 - self.far) * gain[self.knot] + self.far * gain[self.knot + 1]
+        return log_area

@@ -8,8 +8,8 @@ from labrun.drivers.simulated.twins.shot import ShotMaker
 from labrun.reduction import Spectrum, read_spectrum, reduce_spectrum
 from labrun.reduction.calibration.closure import _drawn, concentrations, one_point
 from labrun.reduction.lines.formula import WEIGHT, with_oxygen
-from labrun.reduction.plasma.boltzmann import fit_plot
-from labrun.reduction.plasma.cool_part import COOL_KS, PARTS, cool_parts
+from labrun.reduction.plasma.boltzmann import Bend, fit_plot
+from labrun.reduction.plasma.cool_part import PARTS, cool_parts
 from labrun.reduction.plasma.growth import log_depth_of_unit
 from labrun.reduction.plasma.response import Response
 from labrun.reduction.plasma.strengths import atoms
@@ -130,18 +130,21 @@ def test_lines_that_scatter_beyond_their_errors_make_amounts_unsure_where_they_t
     assert error(3, level) > 1.3 * error(0, level)
 
 
+LEVEL_BEND = Bend(np.empty(0), np.empty(0), np.empty((0, 0)))
+
+
 def through_a_cool_zone(core, part):
     """The core's lines as a plasma with a part of its atoms cool has them, integrated along the profile."""
     plot, lines = core.identified.plot, core.identified.lines
     scale = plot.log_scale[lines.element]
-    width = lines.width_nm * 10**plot.log10_ne / 1e17
-    profile, light = 1 / (1 + np.linspace(-300, 300, 20_001) ** 2), 0.0
+    at, light = np.linspace(-300, 300, 20_001), 0.0
     for share, cooler, fewer in ((1 - part, 1.0, 1.0), (part, 0.5, 0.3)):
         kelvin = cooler * plot.temperature_k
         thin = share * np.exp(lines.thin(kelvin, fewer * 10**plot.log10_ne) + scale)
+        width = fewer * lines.width_nm * 10**plot.log10_ne / 1e17
         unit = np.exp(plot.log_opacity + log_depth_of_unit(lines.vacuum_nm, width, kelvin))
-        passed = np.exp(-(thin * unit)[:, None] * profile)
-        light = light * passed + (1 - passed) / (np.pi * unit)[:, None]
+        passed = np.exp(-(thin * unit)[:, None] / (1 + (at / fewer) ** 2))
+        light = light * passed + (1 - passed) / (np.pi * fewer * unit)[:, None]
     return replace(lines, log_area=np.log(light.sum(axis=1) * 0.03))
 
 
@@ -150,10 +153,10 @@ def test_lines_tell_how_much_of_the_plasma_is_cool_and_the_amounts_beside_it(cor
     known = plot.log_scale[plot.names]
     for part in (0.004, 0.25):
         lines = through_a_cool_zone(core, part)
-        found = cool_parts(lines, fit_plot(lines))
+        found = cool_parts(lines, fit_plot(lines), LEVEL_BEND)
         odds = np.array([one.odds for one in found])
         amounts = odds @ np.array([one.log_scale for one in found])
-        middle.append(odds @ np.log(np.tile(PARTS, len(COOL_KS))))
+        middle.append(odds @ np.log(PARTS))
 
         assert odds.sum() == pytest.approx(1)
         assert amounts - amounts.mean() == pytest.approx(known - known.mean(), abs=0.3)
