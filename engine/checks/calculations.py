@@ -159,6 +159,10 @@ def _wrong_value(spot: Spot, value: Any) -> Wrong | None:
     use, what = spot.use, spot.what
     if use == "items" and (isinstance(value, str) or not isinstance(value, Sequence)):
         hint = "such as [1, 2, 3]"
+        if isinstance(value, int) and not isinstance(value, bool):
+            hint = f"${{{{ range({value}) }}}} has so many; `repeat: {value}` needs no name"
+        if isinstance(value, str) and value.endswith(".csv"):
+            hint = f"write \"${{{{ csv('{value}') }}}}\""
         if isinstance(value, str) and "(" in value:  # a call, without its braces or with too few
             hint = f"write ${{{{ {value.strip('${} ')} }}}}"
         return f"foreach needs a list, a span or a grid, not {words(value)}", hint

@@ -36,6 +36,7 @@ from ...schemas.protocol import Set
 from ...schemas.quantity import QUANTITY, UnitError, parse_quantity
 from ..language.shape import Place
 from ..language.value import Text
+from ..survey.spots import Spot
 from .context import Context
 
 BARE = ("set", "collect", "output", "text")
@@ -49,7 +50,7 @@ CODES = {"W420": "text that looks like a quantity and is used in calculations"}
 def check(context: Context) -> Iterator[Problem]:
     """Every text such as `steps.a.b`, and every `set` of `5 mm` to a name that is used in calculations."""
     for spot in context.survey.spots:
-        if spot.use in BARE and isinstance(spot.raw, str) and NAMED.fullmatch(spot.raw):
+        if spot.use in BARE and isinstance(spot.raw, str) and _is_meant_as_expression(spot):
             message = f"`{spot.raw}` without `${{{{ }}}}` is plain text and is not replaced"
             hint = f'write "${{{{ {spot.raw} }}}}" for the value of the expression'
             yield context.source.problem(spot.place, "W101", message, hint)
@@ -70,6 +71,13 @@ def check(context: Context) -> Iterator[Problem]:
             )
             hint = as_quantity(name, value)
             yield context.source.problem(place, "W420", message, hint)
+
+
+def _is_meant_as_expression(spot: Spot) -> bool:
+    """`steps.a.b`, or `turn: turn + 1`."""
+    own = re.escape(str(spot.place[-1]))
+    counted = spot.use == "set" and re.fullmatch(rf"{own} ?[-+*/] ?[\w.]+.*", spot.raw)
+    return bool(counted or NAMED.fullmatch(spot.raw))
 
 
 def texts_like_quantities(context: Context) -> Iterator[tuple[Place, str, str]]:

@@ -26,7 +26,9 @@ def literal(number: float, unit: str) -> Any:
 def a_range(*bounds: int) -> range:
     """Whole numbers without the last one, as in Python."""
     if not 1 <= len(bounds) <= 3 or not all(type(b) is int for b in bounds):
-        raise OperatorFault("range takes one to three whole numbers: range(5), range(2, 10, 2)")
+        raise OperatorFault(
+            "range takes one to three whole numbers: range(5), range(2, 10, 2); span(0, 1, 0.1) takes any"
+        )
     if len(bounds) == 3 and bounds[2] == 0:
         raise OperatorFault("range: a step of 0 never reaches the end")
     if any(abs(bound) > LONGEST for bound in bounds):

@@ -204,7 +204,17 @@ class Inference:
         return operand if self._steady(node.operand, operand) else ANY
 
     def _boolop(self, node: ast.BoolOp) -> Type:
-        return either([self.of(value) for value in node.values])
+        types = [self.of(value) for value in node.values]
+        for index, (value, kind) in enumerate(zip(node.values, types, strict=True)):
+            before = node.values[index - 1]
+            if index and kind.kind in ("number", "text") and _is_literal(value):
+                if not isinstance(before, ast.Compare):
+                    continue  # `x or 5 mm`, for an x that may be null
+                whole = ast.Compare(before.left, before.ops[:1], [value])
+                word = "or" if isinstance(node.op, ast.Or) else "and"
+                message = f"{_text(value)} alone is no condition"
+                self.fault("E308", message, f"write {_text(before)} {word} {_text(whole)}")
+        return either(types)
 
     def _ifexp(self, node: ast.IfExp) -> Type:
         self.of(node.test)
@@ -377,6 +387,14 @@ class Inference:
 
 def _scales(*types: Type) -> bool:
     return any(one.unit is not None and has_offset(one.unit) for one in types)
+
+
+def _is_literal(node: ast.AST) -> bool:
+    """Whether it is a number, a text or a quantity as it is written."""
+    called = node.func if isinstance(node, ast.Call) else None
+    if isinstance(called, ast.Name) and called.id == LITERAL:
+        return True
+    return isinstance(node, ast.Constant) and not isinstance(node.value, bool | None)
 
 
 def _text(node: ast.AST) -> str:

@@ -246,7 +246,7 @@ def _no_keyword(data: dict[str, Any], source: Source, place: Place) -> Problem:
             elif ACTION.fullmatch(key):
                 message = f"an action is named by `do`, not as the key {key!r}"
                 hint = f"write `do: {key}`, and its parameters under `with`"
-            elif isinstance(data[key], str) and (said := SAID.fullmatch(data[key].strip())):
+            elif near is None and (said := SAID.fullmatch(str(data[key]).strip())):
                 hint = f"write `{{id: {key}, do: {said[2]}}}`; its result is steps.{key}"
             elif key == "device" and isinstance(data[key], str):
                 hint = f"write `do: {data[key]}.{data.get('action', 'action')}`"

@@ -6,6 +6,7 @@ from functools import cached_property
 from keyword import kwlist
 from typing import Any, Literal
 
+from ...schemas.quantity import COMMON, PLAIN
 from ..lab.bind import BoundRole
 from ..language.column import TableFault
 from ..language.expression import CONSTANTS, STATUS
@@ -192,7 +193,10 @@ class Env:
         if name in self.survey.params:
             return Fault("E302", f"there is no name {name}; did you mean params.{name}?")
         guess = did_you_mean(name, [*known, "params", "steps"])
-        return Fault("E302", f"there is no name {name}{guess}", f"text needs quotes: '{name}'")
+        way = f"a unit stands behind a number: 1 {name}" if name in (*PLAIN, *COMMON) else ""
+        return Fault(
+            "E302", f"there is no name {name}{guess}", way or f"text needs quotes: '{name}'"
+        )
 
     def param(self, name: str) -> Type | Fault:
         """The type of a parameter."""

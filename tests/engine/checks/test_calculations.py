@@ -12,7 +12,7 @@ from labrun.engine.check import check_text
         ("'${ range(5) }}'", "write ${{ range(5) }}"),
         ("'${ range(5) }'", "write ${{ range(5) }}"),
         ("five", "such as [1, 2, 3]"),
-        ("5", "such as [1, 2, 3]"),
+        ("5", "${{ range(5) }} has so many; `repeat: 5` needs no name"),
     ],
 )
 def test_a_list_that_lacks_its_braces_is_told_how_it_is_written(items, hint):
