@@ -182,6 +182,9 @@ class Marlin(FedGantry):
 
     async def _machine(self) -> Point:
         told = await self.link.ask("M114")
+        if read_place(told) is None:  # noise in it, or it answered another line
+            await self.link.in_step()
+            told = await self.link.ask("M114")
         place, self._shift = read_place(told), read_shift(told, self.machine)
         if place is None:
             raise MotionFault(f"it does not report where it is; {self.link.last_words}")

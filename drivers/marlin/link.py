@@ -56,6 +56,7 @@ class Link:
         self._answer: asyncio.Future[None] | None = None
         self._swallow = 0
         self._echo_for: asyncio.Future[None] | None = None
+        self._echoes = 0
         self._turn = asyncio.Lock()
         self._heard_at = 0.0
         self._asked_boot = False
@@ -126,6 +127,17 @@ class Link:
                     return
         raise Silent(f"it did not respond within {SILENCE_S:g} s; {self.last_words}")
 
+    async def in_step(self) -> None:
+        """Wait until no answer is owed: an `ok` too many or too few would answer the wrong line for ever."""
+        async with self._turn:
+            if self.lost:
+                raise NotConnected(self.lost)
+            self._swallow, before = 0, self._echoes
+            self.port.write(f"M118 {ECHO}\n".encode("ascii"))
+            await self.until(lambda: self._echoes > before or bool(self.lost), SILENCE_S)
+            if self._echoes == before:
+                raise Silent(f"it did not respond within {SILENCE_S:g} s; {self.last_words}")
+
     @property
     def last_words(self) -> str:
         """What it sent last, for a message."""
@@ -153,6 +165,7 @@ class Link:
         if line == BOOTED:
             self._booted()
         elif line == ECHO:  # its `ok` follows
+            self._echoes += 1
             if self._answer is None or self._answer.done() or self._answer is not self._echo_for:
                 self._swallow += 1
         elif found := RESEND.match(line):

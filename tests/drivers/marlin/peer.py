@@ -44,6 +44,7 @@ class Peer:
         self.homing_fails = False
         self.eats_ok_of = None
         self.silent_on_repeats = False
+        self.oks_too_many = 0  # before its next answers to M114
         self.garbles = None  # a word: the next line with it arrives damaged
         self._ends = threading.Event()
         self.plug()
@@ -213,6 +214,9 @@ class Peer:
             case "M110":
                 self.number = int(words.get("N", 0))
             case "M114":
+                if self.oks_too_many:
+                    self.oks_too_many -= 1
+                    self.say("ok")
                 x, y, z = self.told
                 a, b, c = (
                     round((at + by - shift) * per_mm)

@@ -90,6 +90,7 @@ def test_a_line_whose_answer_or_text_was_lost_is_carried_out_once(
         await driver.move_to(GoalContext("1"), x=11)
         peer.garbles = "X12"
         await driver.jog(GoalContext("2"), axis="x", distance=1)
+        peer.oks_too_many = 1
         peer.relative = True  # a file on its card said so
         await driver.move_to(GoalContext("3"), x=14, z=90)
         rides = driver.world.look("gantry")  # what a simulated analyser on it knows, at once
