@@ -217,6 +217,7 @@ class Peer:
                 if self.oks_too_many:
                     self.oks_too_many -= 1
                     self.say("ok")
+                    time.sleep(0.05)  # else both are read at once
                 x, y, z = self.told
                 a, b, c = (
                     round((at + by - shift) * per_mm)
