@@ -1,4 +1,5 @@
 // A value out of the journal as a person reads it: quantities with their unit.
+import '../ui/Figures' // copied with all digits
 import { exact, figures } from '../ui/format'
 
 export function valueWords(value: unknown, digits: (value: number) => string = figures): string {

@@ -11,6 +11,18 @@ Figures.props = ['of', 'error', 'full']
 
 const FULL = '[data-full]'
 
+/** As it would be read: blocks below each other. */
+function textOf(part: DocumentFragment): string {
+  const sheet = document.createElement('div')
+  sheet.style.position = 'fixed'
+  sheet.style.left = '-9999px'
+  sheet.append(part)
+  document.body.append(sheet)
+  const text = sheet.innerText
+  sheet.remove()
+  return text
+}
+
 /** The cells of a table that is copied stay cells. */
 function copied(event: ClipboardEvent): void {
   const selection = getSelection()
@@ -19,11 +31,12 @@ function copied(event: ClipboardEvent): void {
   const within = range.commonAncestorContainer.parentElement?.closest<HTMLElement>(FULL)
   const part = range.cloneContents()
   const short = [...part.querySelectorAll<HTMLElement>(FULL)]
-  if (within && selection.toString() !== within.textContent) return
+  if (within && selection.toString().trim() !== within.textContent.trim()) return
   if (!within && !short.length) return
   for (const one of short) one.textContent = one.dataset['full'] ?? ''
-  const rows = [...part.querySelectorAll('tr')].map((row) => [...row.cells].map((cell) => cell.textContent.trim()).join('\t'))
-  event.clipboardData?.setData('text/plain', within?.dataset['full'] ?? (rows.join('\n') || part.textContent || ''))
+  const own = [...part.children].filter((one) => one.matches('td, th')) // of one row, which does not come along
+  const rows = (own.length ? [own] : [...part.querySelectorAll('tr')].map((row) => [...row.cells])).map((cells) => cells.map((cell) => cell.textContent.trim()).join('\t'))
+  event.clipboardData?.setData('text/plain', within?.dataset['full'] ?? (rows.join('\n') || textOf(part)))
   event.preventDefault()
 }
 document.addEventListener('copy', copied)
