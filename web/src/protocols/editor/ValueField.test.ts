@@ -77,6 +77,23 @@ it('what is being typed into a list stays when the protocol is read anew', async
   expect(input?.value).toBe('A, B, C')
 })
 
+it('a value longer than a line of the form is shown whole, and Enter keeps it in one line', async () => {
+  document.body.replaceChildren()
+  const { root, value } = fieldOf('${{ params.x0 + point.x * params.pitch }}', { kind: 'number' }, (now) => now)
+  const area = root.querySelector('textarea')
+  if (!area) throw new Error('no area')
+  area.focus()
+  area.value = '${{ params.x0 +\n  point.x }}'
+  area.dispatchEvent(new Event('input'))
+  area.dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', cancelable: true }))
+  await nextTick()
+  await nextTick()
+
+  expect(value.value).toBe('${{ params.x0 + point.x }}')
+  expect(document.activeElement).toBe(root.querySelector('input'))
+  expect([root.querySelector('textarea'), root.querySelector('input')?.value]).toEqual([null, '${{ params.x0 + point.x }}'])
+})
+
 it('what cannot be empty is shown as it still is', async () => {
   const { input } = fieldOf(['A', 'B'], {}, (now) => now ?? ['A', 'B'])
 
