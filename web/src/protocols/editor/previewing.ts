@@ -21,6 +21,7 @@ export function usePreviewing(editing: Editing) {
   async function ask(): Promise<void> {
     const text = editing.text.value
     if (text === toldText.value || asking.value) return
+    if (editing.blank.value) return void (told.value = null)
     asking.value = true
     try {
       told.value = (await read(api.POST('/api/v1/preview', { body: { text, name: editing.name } }))) as unknown as Preview
