@@ -87,9 +87,11 @@ def own_lines(path: Path | None) -> str | None:
 
 def known_response(path: Path | None) -> str | None:
     """The text of `--response`; ValueError if it cannot be used."""
+    if path is None:
+        return None
     from ..spectrum.response import read_response
 
-    return None if path is None else _text_for(read_response, "--response", path)
+    return _text_for(read_response, "--response", path)
 
 
 def closure(closed: str | None) -> "Closed | None":
@@ -103,10 +105,10 @@ def closure(closed: str | None) -> "Closed | None":
 
 def calibration(path: Path | None, response: str | None) -> str | None:
     """The text of `--calibration`; ValueError if it cannot be used with that text of `--response`."""
+    if path is None:  # most often: what reads one takes a second to load
+        return None
     from ..calibration.calibration import read_calibration
 
-    if path is None:
-        return None
     text = _text_for(read_calibration, "--calibration", path)
     if read_calibration(text).card.response_sha256 != (own := sha256_of(response)):
         how = (
