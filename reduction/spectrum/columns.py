@@ -28,7 +28,13 @@ RESULT = re.compile(
 )
 # Not the light of a plasma, in counts or in proportion to them.
 NO_LIGHT = re.compile(
-    r"absorban|absorpt|transmi|reflec|extinct|kubelka|\bOD\b|\bdB\b|\blog(10|e|arithm)?(?![a-z])",
+    r"absorban|absorpt|transmi|reflec|extinct|kubelka|^%\s?[RT]$|^[RT]\s?%$|\bOD\b|\bdB\b|\blog(10|e|arithm)?(?![a-z])",
+    re.I,
+)
+# A line above the table that says it of all: "Mode: Reflectance", or one word over two columns.
+NO_LIGHT_SAID = re.compile(
+    r"([^:=,;\t]*[:=,;\t])?[^\w:=,;\t]*((total|diffuse|specular|relative|percent)\s+)?"
+    r"(reflectance|reflectivity|transmittance|absorbance|extinction)[^\w:=,;\t]*",
     re.I,
 )
 UNLIKE = 5.0  # ratio of the median counts of columns that cannot be shots of one another
@@ -97,6 +103,16 @@ def check_light(quantity: str, what: str) -> None:
             f"{what} with {quantity.strip()[:40]!r}, and no counts of light that a plasma emits; "
             "export these"
         )
+
+
+def check_above(lines: Sequence[str]) -> None:
+    """Raise Unreadable where a line above the table says that it has no light of a plasma."""
+    for line in lines:
+        if NO_LIGHT_SAID.fullmatch(line):
+            raise Unreadable(
+                f"above its numbers stands {line.strip()[:40]!r}: these are no counts of light that a "
+                f"plasma emits; export these, or {HOW}"
+            )
 
 
 def side_by_side(

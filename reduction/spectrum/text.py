@@ -10,7 +10,7 @@ import re
 import numpy as np
 
 from .axis import Unit, unit_named
-from .columns import AXIS, choose, side_by_side
+from .columns import AXIS, check_above, choose, side_by_side
 from .dialect import COMMENT, Dialect, fields_of, find, lines_of, numeric, value
 from .fault import Unreadable
 from .readout import Readout
@@ -57,6 +57,8 @@ def read_text(raw: bytes, columns: tuple[str, ...] | None = None) -> Readout:
         headings, table, said = side_by_side(headings, table)
         notes += said
     chosen = choose(headings, table, columns)
+    if columns is None:
+        check_above(dialect.above)
     unit = chosen.unit or _unit_above(dialect)
     return Readout(table[chosen.axis], table[list(chosen.shots)], unit, (*notes, *chosen.notes))
 

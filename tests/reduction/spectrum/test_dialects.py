@@ -583,6 +583,12 @@ def test_frames_in_long_tables_are_shots(before):
         ("Raman shift (cm-1),counts\n" + rows("{},{}\n"), "not a wavelength"),
         ("Frequency (GHz),counts\n" + rows("{},{}\n", 3e8 / X), "not a wavelength"),
         ("Wave;Absorbance\n[nm];[AU]\n" + rows("{};{}\n"), "has no counts of light that a plasma"),
+        ("Wave,%R\n" + rows("{},{}\n"), "has no counts of light that a plasma"),
+        (
+            "# Mode: Reflectance\nWave,Sample 1\n" + rows("{},{}\n"),
+            "above its numbers stands '# Mode:",
+        ),
+        ("Reflectance\n" + rows("{},{}\n"), "above its numbers stands 'Reflectance'"),
         ("nm,log10(counts)\n" + rows("{},{}\n"), r"column 2 \(log10\(counts\)\) has no counts"),
         ("nm;counts\n" + "".join(f"{i + 200};12,34{i % 10}\n" for i in range(60)), "may be 12.340"),
         (rows("{},{}\n").rstrip()[: -len(str(Y[-1])) - 3], "cut off while it was written"),
