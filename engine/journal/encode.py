@@ -17,7 +17,9 @@ def encode(value: Any) -> Any:
     if type(value) in PLAIN:
         return value
     if isinstance(value, Mapping):
-        return {str(key): encode(item) for key, item in value.items()}
+        return {
+            str(key): item if type(item) in PLAIN else encode(item) for key, item in value.items()
+        }
     if is_quantity(value):
         return {QUANTITY_KEY: [value.magnitude, f"{value.units:~}"]}
     if isinstance(value, datetime):

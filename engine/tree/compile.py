@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from py_trees.behaviour import Behaviour
-from py_trees.composites import Sequence
 
 from ...schemas import protocol as p
 from ...schemas.quantity import UnitError, seconds
@@ -32,6 +31,7 @@ from .nodes.branch import Branch
 from .nodes.every_step import EveryStep
 from .nodes.fallback import Alternative, Fallback
 from .nodes.immediate import Fail, Log, Notify, Require, SetNames
+from .nodes.in_order import InOrder
 from .nodes.iterations import ConditionalIterations, CountedIterations, ItemIterations, Iterations
 from .nodes.loop import Loop, LoopPlan
 from .nodes.ordered import OrderedIterations
@@ -118,11 +118,7 @@ class TreeCompiler:
         for index, step in enumerate(steps):
             name = step.id or str(index)
             children.append(self.step(step, Place(inner, f"{prefix}{name}", in_loop, name)))
-        body = (
-            EveryStep(prefix or "steps", self.run, children)
-            if every
-            else Sequence(prefix or "steps", memory=True, children=children)
-        )
+        body = (EveryStep if every else InOrder)(prefix or "steps", self.run, children)
         return Join(prefix or "steps", self.run, scope, inner, body) if joins else body
 
     def finals(self, steps: list[p.Step], scope: Scope) -> Behaviour:

@@ -1,6 +1,6 @@
 """An action set: its members start together, and it ends when all of them have ended."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -44,11 +44,11 @@ class ActionSet(Parent):
         """Its results, with `other` in place of each missing one."""
         return [other if i in self.lost else result_of(m) for i, m in enumerate(self.children)]
 
-    def advance(self) -> Iterator[Behaviour]:
+    def advance(self) -> None:
         for index, member in enumerate(self.children):
             if index in self.ended:
                 continue  # ticking a member that has ended would start it again
-            yield from member.tick()
+            member.tick_once()
             if member.status == Status.RUNNING:
                 continue
             self.ended.add(index)
@@ -59,7 +59,7 @@ class ActionSet(Parent):
         if self.failure is not None and self.cancel:
             self._cancel_the_rest()
         if self.finally_due is not None:
-            yield from self.finally_due.tick()
+            self.finally_due.tick_once()
         if len(self.ended) == len(self.children) and not (
             self.finally_due and self.finally_due.due
         ):

@@ -1,7 +1,6 @@
 """An action set that ends with the first member that succeeds; the others are cancelled."""
 
 from collections import deque
-from collections.abc import Iterator
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -50,12 +49,12 @@ class AnyOf(Parent):
             for member in self.gone:
                 done.forget_under_way(f"{self.scope.frame.path}/{member.name}", past.n)
 
-    def advance(self) -> Iterator[Behaviour]:
-        yield from self._losers()
+    def advance(self) -> None:
+        self._losers()
         if self.finally_due is None and not self.gone:
-            yield from self._race()
+            self._race()
         if self.finally_due is not None:
-            yield from self.finally_due.tick()
+            self.finally_due.tick_once()
             if not self.finally_due.due:
                 self.status = Status.SUCCESS if self.failure is None else Status.FAILURE
 
@@ -63,19 +62,19 @@ class AnyOf(Parent):
         if self.finally_due is not None:
             self.finally_due.stop()
 
-    def _losers(self) -> Iterator[Behaviour]:
+    def _losers(self) -> None:
         """Those that had lost in an earlier session, as far as they had got then."""
         while self.gone:
-            yield from replay_failed(self.gone[0])
+            replay_failed(self.gone[0])
             if self.gone[0].status == Status.RUNNING:
                 return
             self.gone.popleft()
 
-    def _race(self) -> Iterator[Behaviour]:
+    def _race(self) -> None:
         for index, member in enumerate(self.children):
             if index in self.out or self.winner not in (None, index):
                 continue  # ticking a member that has ended would start it again
-            yield from member.tick()
+            member.tick_once()
             if member.status == Status.RUNNING:
                 continue
             if member.status == Status.FAILURE:

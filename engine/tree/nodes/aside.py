@@ -1,7 +1,5 @@
 """A group in the background: steps with names and results of their own, beside those that follow."""
 
-from collections.abc import Iterator
-
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
@@ -22,8 +20,8 @@ class Aside(Parent):
     def initialise(self) -> None:
         self.inner.frame = self.outer.frame.apart(f"{self.outer.frame.path}/{self.name}")
 
-    def advance(self) -> Iterator[Behaviour]:
-        yield from self.child.tick()
+    def advance(self) -> None:
+        self.child.tick_once()
         if self.child.status == Status.SUCCESS:
             self.result = result_of(self.child)
             self.status = Status.SUCCESS

@@ -1,7 +1,6 @@
 """Background actions: started here, joined by the loop or the group around them."""
 
-from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -31,16 +30,16 @@ class Background(Node):
         aside.parent = self
         frame.joiner.pending.append(aside)
         # At once: its arguments have their values of now, and it is requested before what follows.
-        deque(aside.tick(), maxlen=0)
+        aside.tick_once()
         self.run.requests.again()
         return Status.SUCCESS
 
 
-def tick_pending(frame: Frame) -> Iterator[Behaviour]:
+def tick_pending(frame: Frame) -> None:
     """Tick everything in the background of a frame that has not ended."""
     for aside in frame.pending:
         if aside.status not in (Status.SUCCESS, Status.FAILURE):
-            yield from aside.tick()
+            aside.tick_once()
 
 
 def all_ended(frame: Frame) -> bool:
@@ -69,12 +68,12 @@ class Join(Parent):
         self.steps_over = False
         self.inner.frame = self.outer.frame.joining()
 
-    def advance(self) -> Iterator[Behaviour]:
+    def advance(self) -> None:
         frame = self.inner.frame
         if not self.steps_over:
-            yield from self.child.tick()
+            self.child.tick_once()
             self.steps_over = self.child.status != Status.RUNNING
-        yield from tick_pending(frame)
+        tick_pending(frame)
         if not self.steps_over or not all_ended(frame):
             return
         ended = (self.child, *frame.pending)

@@ -1,7 +1,5 @@
 """`if`: one of two lists of steps, chosen once, even across several engine sessions."""
 
-from collections.abc import Iterator
-
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
@@ -59,11 +57,11 @@ class Branch(Parent):
         self.run.record(Turned(path=f"{self.path}/i", turn=way))
         return way
 
-    def advance(self) -> Iterator[Behaviour]:
+    def advance(self) -> None:
         if self.chosen is None:
             self.status = Status.SUCCESS
             return
-        yield from self.chosen.tick()
+        self.chosen.tick_once()
         if self.chosen.status == Status.SUCCESS:
             self.result = result_of(self.chosen)
             self.status = Status.SUCCESS

@@ -1,6 +1,5 @@
 """Steps of `finally`: one after the other, and each of them, whatever became of those before it."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 from py_trees.behaviour import Behaviour
@@ -26,10 +25,10 @@ class EveryStep(Parent):
     def initialise(self) -> None:
         self.current, self.failures = 0, []
 
-    def advance(self) -> Iterator[Behaviour]:
+    def advance(self) -> None:
         while self.current < len(self.children):
             step = self.children[self.current]
-            yield from step.tick()
+            step.tick_once()
             if step.status == Status.RUNNING:
                 return
             self.current += 1

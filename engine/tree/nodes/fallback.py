@@ -1,6 +1,5 @@
 """Alternatives in order: the next one is tried when the one before has failed for good."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from py_trees.behaviour import Behaviour
@@ -74,10 +73,10 @@ class Fallback(Parent):
         if past is not None and past.error is not None:
             self.gone, self.gone_with = past.turn, Failure.from_error(past.error)
 
-    def _earlier_rounds(self, primary: ActionSet) -> Iterator[Behaviour]:
+    def _earlier_rounds(self, primary: ActionSet) -> None:
         """What succeeded in a set before a person chose `repeat` and the engine died is done."""
         while self.round <= self.rounds_gone:
-            yield from replay_failed(primary)
+            replay_failed(primary)
             if primary.status == Status.RUNNING:
                 return
             anew = failed_anew(primary)
@@ -88,16 +87,19 @@ class Fallback(Parent):
             self._enter_round(self.round + 1)
             self._remember_ways()
 
-    def advance(self) -> Iterator[Behaviour]:
+    def advance(self) -> None:
         primary = self.children[0]
         if isinstance(primary, ActionSet) and self.round <= self.rounds_gone:
-            yield from self._earlier_rounds(primary)
+            self._earlier_rounds(primary)
             if self.round <= self.rounds_gone:
                 return
         while self.status == Status.RUNNING:
             child = self.children[self.current]
             is_gone = self.current < self.gone
-            yield from replay_failed(child) if is_gone else child.tick()
+            if is_gone:
+                replay_failed(child)
+            else:
+                child.tick_once()
             if child.status == Status.RUNNING:
                 return
             if is_gone:

@@ -1,7 +1,7 @@
 """The `finally` of used protocols: started by themselves, or at once by the step that stopped them."""
 
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -53,12 +53,12 @@ class FinallyOfUse:
         self.due = deque(self.run.finals.under(paths))
         self.root: Behaviour | None = None
 
-    def tick(self) -> Iterator[Behaviour]:
+    def tick_once(self) -> None:
         """One tick; over when `due` is empty."""
         while self.due:
             path = self.due[0]
             root = self.root = self.root or self._build(path)
-            yield from root.tick()
+            root.tick_once()
             if root.status == Status.RUNNING:
                 return
             failure = failure_of(root) if root.status == Status.FAILURE else None

@@ -1,7 +1,7 @@
 """A loop: one subtree, entered again for each turn; of a finished one, key and fate stay in memory."""
 
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -153,18 +153,18 @@ class Loop(Parent):
 
     # --- one tick
 
-    def advance(self) -> Iterator[Behaviour]:
-        yield from self._set_again()
+    def advance(self) -> None:
+        self._set_again()
         if self.settings or self.status != Status.RUNNING:
             return
         going = [one for one in self.open if one.slot is not None]
         for _ in range(ITERATIONS_PER_TICK):
             for iteration in self.open:
-                yield from tick_pending(iteration.frame)
+                tick_pending(iteration.frame)
             for iteration in going:
                 slot = iteration.slot
                 assert slot is not None
-                yield from slot.body.tick()
+                slot.body.tick_once()
                 if slot.body.status != Status.RUNNING:
                     self._body_ended(iteration, slot)
             self._finish_in_order()
@@ -176,10 +176,10 @@ class Loop(Parent):
             going = [entered]
         self.run.requests.again()
 
-    def _set_again(self) -> Iterator[Behaviour]:
+    def _set_again(self) -> None:
         while self.settings:
             setting = self.settings[0]
-            yield from setting.tick()
+            setting.tick_once()
             if setting.status == Status.RUNNING:
                 return
             self.settings.popleft()

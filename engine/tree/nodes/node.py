@@ -1,9 +1,8 @@
-"""What all nodes share: a failure and a result; and how to read those of any tree."""
+"""What all nodes share: how they are ticked, a failure and a result; and how to read those of any."""
 
 from collections.abc import Iterator
 from typing import Any
 
-import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
@@ -16,7 +15,11 @@ UNTOLD = Failure("Fault", "a node failed without a reason")
 
 
 class Node(Behaviour):
-    """A leaf, or a node with children that it ticks itself. Never waits, never raises."""
+    """A leaf, or a node with children that it ticks itself. Never waits, never raises.
+
+    It is ticked as py_trees has it, without the generators: those hand every node that was visited up
+    through all of its ancestors, where nobody asks for it.
+    """
 
     def __init__(self, name: str, run: Run) -> None:
         super().__init__(name)
@@ -37,9 +40,28 @@ class Node(Behaviour):
         self.failure = failure
         return Status.FAILURE
 
+    def tick_once(self) -> None:
+        """One tick: start if not RUNNING, then update."""
+        if self.status != Status.RUNNING:
+            self.initialise()
+        new_status = self.update()
+        if new_status != Status.RUNNING:
+            self.stop(new_status)
+        self.status = new_status
+
+    def tick(self) -> Iterator[Behaviour]:
+        """For py_trees' own classes around it: of what a tick visits they are given only this node."""
+        self.tick_once()
+        yield self
+
+    def stop(self, new_status: Status) -> None:
+        """End, or be interrupted."""
+        self.terminate(new_status)
+        self.status = new_status
+
 
 class Parent(Node):
-    """A node with children: `step` is what it does in one tick and yields the nodes it visits."""
+    """A node with children: `advance` is what it does in one tick."""
 
     def __init__(self, name: str, run: Run, children: list[Behaviour]) -> None:
         super().__init__(name, run)
@@ -47,21 +69,20 @@ class Parent(Node):
             self.children.append(child)
             child.parent = self
 
-    def advance(self) -> Iterator[Behaviour]:
+    def advance(self) -> None:
         """Tick children as needed and set `self.status`."""
         raise NotImplementedError
 
-    def tick(self) -> Iterator[Behaviour]:
+    def tick_once(self) -> None:
         """One tick: start if not RUNNING, advance, and end the children that are left running."""
         if self.status != Status.RUNNING:
             self.failure, self.result = None, None
             self.status = Status.RUNNING
             self.initialise()
         if self.status == Status.RUNNING:
-            yield from self.advance()
+            self.advance()
         if self.status != Status.RUNNING:
             self.stop(self.status)
-        yield self
 
     def update(self) -> Status:
         """What `advance` has decided; py_trees asks leaves only."""
@@ -72,23 +93,14 @@ class Parent(Node):
         for child in self.children:
             if child.status == Status.RUNNING:
                 child.stop(Status.INVALID)
-        self.terminate(new_status)
-        self.status = new_status
+        super().stop(new_status)
 
 
 def failure_of(node: Behaviour) -> Failure:
-    """Why a node failed, looked up where py_trees' own composites hide it."""
-    if isinstance(node, Node):
-        return node.failure or UNTOLD
-    if isinstance(node, py_trees.composites.Sequence) and node.current_child is not None:
-        return failure_of(node.current_child)
-    return UNTOLD
+    """Why a node failed."""
+    return (node.failure if isinstance(node, Node) else None) or UNTOLD
 
 
 def result_of(node: Behaviour) -> Any:
     """The result of a node; that of a sequence is its last step's."""
-    if isinstance(node, Node):
-        return node.result
-    if isinstance(node, py_trees.composites.Sequence) and node.children:
-        return result_of(node.children[-1])
-    return None
+    return node.result if isinstance(node, Node) else None

@@ -6,8 +6,6 @@ each of them is ticked again as bygone: finished actions count as done, those wh
 since are repeated, and at the first action that was never finished it fails, as it had.
 """
 
-from collections.abc import Iterator
-
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
@@ -20,11 +18,11 @@ def came_to_here(path: str) -> Failure:
     return Failure("Unfinished", "the engine was killed before this", step=path, bygone=True)
 
 
-def replay_failed(child: Behaviour) -> Iterator[Behaviour]:
+def replay_failed(child: Behaviour) -> None:
     """Tick what failed in an earlier session; nothing in it is started that was not finished."""
     setattr(child, REPLAYED, True)
     try:
-        yield from child.tick()
+        child.tick_once()
     finally:
         setattr(child, REPLAYED, False)
 

@@ -1,7 +1,5 @@
 """`reserve`: a group that has devices for itself, from before its first step to its last end."""
 
-from collections.abc import Iterator
-
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
@@ -34,9 +32,9 @@ class Reserve(Join):
         frame.strand = frame.strand or path
         self.run.requests.again()
 
-    def advance(self) -> Iterator[Behaviour]:
+    def advance(self) -> None:
         if self.reservation is not None and self.reservation.granted:
-            yield from super().advance()
+            super().advance()
 
     def terminate(self, new_status: Status) -> None:
         if self.reservation is not None:

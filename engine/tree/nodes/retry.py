@@ -1,7 +1,6 @@
 """Try again what failed, up to a total number of attempts, without blocking in between."""
 
 import random
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from py_trees.behaviour import Behaviour
@@ -82,9 +81,9 @@ class Retry(Parent):
         self.gone = past.turn - 1 if past is not None and not again else 0
         self.inner.frame = self._frame()
 
-    def advance(self) -> Iterator[Behaviour]:
+    def advance(self) -> None:
         while self.level <= self.gone:
-            yield from replay_failed(self.child)
+            replay_failed(self.child)
             if self.child.status == Status.RUNNING:
                 return
             anew = failed_anew(self.child)
@@ -99,7 +98,7 @@ class Retry(Parent):
                 self.run.requests.wake_at(self.until)
                 return
             self.until = None
-        yield from self.child.tick()
+        self.child.tick_once()
         if self.child.status == Status.SUCCESS:
             self.result = result_of(self.child)
             self.status = Status.SUCCESS

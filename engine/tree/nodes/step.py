@@ -1,6 +1,5 @@
 """What any step may have around its kind: `when`, a total `timeout`, `on_error`, a result by id."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
@@ -82,17 +81,17 @@ class StepNode(Parent):
             self.run.computed(f"{self.path}/started", self.run.clock.time_of_day)
         self._tell("running")
 
-    def advance(self) -> Iterator[Behaviour]:
+    def advance(self) -> None:
         if self.held:
             self._go_on_after_pause()
             return
         if self.finally_due is not None:
-            yield from self._close(self.finally_due)
+            self._close(self.finally_due)
             return
         if self.too_long:
-            yield from self._before_it_was_stopped()
+            self._before_it_was_stopped()
             return
-        yield from self.child.tick()
+        self.child.tick_once()
         if self.child.status == Status.SUCCESS:
             self.result = result_of(self.child)
             self._store(self.result)
@@ -105,21 +104,21 @@ class StepNode(Parent):
         elif self.until is not None:
             self._check_time(self.until)
             if self.finally_due is not None:
-                yield from self._close(self.finally_due)
+                self._close(self.finally_due)
 
     def terminate(self, new_status: Status) -> None:
         if self.finally_due is not None:
             self.finally_due.stop()
 
-    def _close(self, finally_due: FinallyOfUse) -> Iterator[Behaviour]:
-        yield from finally_due.tick()
+    def _close(self, finally_due: FinallyOfUse) -> None:
+        finally_due.tick_once()
         if not finally_due.due:
             self.run.record(Turned(path=f"{self.path}/t", turn=1))
             self._failed(self._timeout())
 
-    def _before_it_was_stopped(self) -> Iterator[Behaviour]:
+    def _before_it_was_stopped(self) -> None:
         """What it did and set in an earlier session, before it timed out then."""
-        yield from replay_failed(self.child)
+        replay_failed(self.child)
         if self.child.status != Status.RUNNING:
             self._failed(failed_anew(self.child) or self._timeout())
 

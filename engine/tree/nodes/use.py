@@ -90,14 +90,14 @@ class Use(Parent):
             except ParamFault as fault:
                 raise ParamFault(fault.code, f"{name}: {fault}") from fault
 
-    def advance(self) -> Iterator[Behaviour]:
+    def advance(self) -> None:
         if not self.over:
-            yield from self.body.tick()
+            self.body.tick_once()
             if self.body.status == Status.RUNNING:
                 return
             self._body_over()
         if self.last is not None and self.status == Status.RUNNING:
-            yield from self.last.tick()
+            self.last.tick_once()
             if self.last.status == Status.RUNNING:
                 return
             self._last_over(self.last)

@@ -291,14 +291,14 @@ class WatchedGroup(Parent):
             done.forget_under_way(self.path, past.n)
             self._enter(watcher, past.error)
 
-    def advance(self) -> Iterator[Behaviour]:
+    def advance(self) -> None:
         if self.fired is None and not (self.replaying or self.run.past.comparing):
             self._look()
-        yield from self._tell()
+        self._tell()
         if self.fired is None:
-            yield from self._steps()
+            self._steps()
         else:
-            yield from self._instead(self.fired)
+            self._instead(self.fired)
 
     def _look(self) -> None:
         for watcher in self.watchers:
@@ -339,21 +339,21 @@ class WatchedGroup(Parent):
 
     # --- the steps, or what takes their place
 
-    def _tell(self) -> Iterator[Behaviour]:
+    def _tell(self) -> None:
         while self.telling:
-            yield from self.telling.popleft().tick()
+            self.telling.popleft().tick_once()
 
-    def _steps(self) -> Iterator[Behaviour]:
-        yield from self.body.tick()
+    def _steps(self) -> None:
+        self.body.tick_once()
         if self.body.status == Status.SUCCESS:
             self.result = result_of(self.body)
             self.status = Status.SUCCESS
         elif self.body.status == Status.FAILURE:
             self.status = self.fail(failure_of(self.body))
 
-    def _instead(self, watcher: Watcher) -> Iterator[Behaviour]:
+    def _instead(self, watcher: Watcher) -> None:
         if self.gone:
-            yield from replay_failed(self.body)
+            replay_failed(self.body)
             if self.body.status == Status.RUNNING:
                 return
             self.gone = False
@@ -361,11 +361,11 @@ class WatchedGroup(Parent):
                 self.status = self.fail(anew)
                 return
         self.finally_due = self.finally_due or FinallyOfUse(self, [self.path])
-        yield from self.finally_due.tick()
+        self.finally_due.tick_once()
         then = watcher.plan.then
         if self.finally_due.due or then is None:
             return
-        yield from then.tick()
+        then.tick_once()
         if then.status == Status.FAILURE:
             self.status = self.fail(_with_cause(failure_of(then), watcher))
         elif then.status == Status.SUCCESS:
