@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from ...schemas.also import broken_promises
@@ -252,16 +253,20 @@ def _check_keys(
     from ...drivers import find
     from ...drivers.driver import Place, UnknownKey
 
-    place, here = ("devices", name, "config"), Path()
-    try:
-        driver = find.find_driver(device.driver, here) if device.driver in find.SHIPPED else None
-        if driver is not None and not hasattr(driver, "config_model"):  # whose config is read above
-            driver(Place(name, device.config, {}, here, here, contract))
-    except UnknownKey as fault:
-        at = place if fault.key is None else (*place, fault.key)
-        yield source.problem(at, "E132", str(fault), key=fault.key is not None)
-    except Exception:  # whatever else: it is told where the device is served, and its files are
+    if device.driver not in find.SHIPPED:
         return
+    place = ("devices", name, "config")
+    with TemporaryDirectory() as kept:  # for what some keep from their first moment
+        here = Path(kept)
+        try:
+            driver = find.find_driver(device.driver, here)
+            if not hasattr(driver, "config_model"):  # whose config is read above
+                driver(Place(name, device.config, {}, here, here, contract))
+        except UnknownKey as fault:
+            at = place if fault.key is None else (*place, fault.key)
+            yield source.problem(at, "E132", str(fault), key=fault.key is not None)
+        except Exception:  # whatever else: it is told where the device is served, and its files are
+            return
 
 
 def _check_limits(

@@ -64,6 +64,16 @@ def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
     assert told(tmp_path / "nowhere.yaml") == ["E100 1:1"]
 
 
+def test_a_check_leaves_no_file_where_it_was_called(tmp_path, monkeypatch):
+    here = tmp_path / "here"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    config = "sim_gantry, config: {clock: fast}"
+
+    assert told(write(tmp_path, LAB.replace("sim_gantry", config))) == []
+    assert list(here.iterdir()) == []
+
+
 @pytest.mark.parametrize(("value", "seconds"), [("2 min", 120.0), ("90 s", 90.0), (5, 5.0)])
 def test_a_lab_says_how_long_its_servers_may_take_to_start(tmp_path, value, seconds):
     path = tmp_path / "lab.yaml"
