@@ -45,7 +45,7 @@ def state_of(package: Path) -> str:
 os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_folder()))
 
 import numba  # noqa: E402  # it reads the folder's name when it is imported
-from numba.core import caching  # noqa: E402
+from numba.core import caching, config  # noqa: E402
 
 
 class ByContents(caching.UserProvidedCacheLocator):
@@ -61,9 +61,9 @@ class ByContents(caching.UserProvidedCacheLocator):
 
 
 # numba before 0.62 knows no such list, and compiles once for every place.
-numba.config.CACHE_LOCATOR_CLASSES = ",".join(
-    [f"{__name__}.ByContents", *(cls.__name__ for cls in caching.CacheImpl._locator_classes)]
-)
+_KNOWN = [cls.__name__ for cls in caching.CacheImpl._locator_classes]
+_LOCATORS = ",".join([f"{__name__}.ByContents", *_KNOWN])
+config.CACHE_LOCATOR_CLASSES = _LOCATORS  # pyright: ignore[reportAttributeAccessIssue]
 
 kernel = numba.njit(cache=True, nogil=True)
 """Compile a function on its first call; other threads keep running while it compiles and runs."""
