@@ -381,6 +381,58 @@ finally:
     await context.close()
   })
 
+  it('takes the outline of a turned sample from three places of the gantry, and ends a drag at the edge of the picture', { tags: ['soak'] }, async () => {
+    const { page, context, faults } = await aPerson(browser, bench.entry, {}, { welcomed: true, name: 'Ada' })
+    await ask(bench, '/protocols', { name: 'turned.yaml', text: 'labrun: 1\nname: turned\nsteps: []\n' })
+    await page.goto('/devices/gantry')
+    await allOnline(page)
+    await page.getByRole('button', { name: 'Take control' }).click()
+    const move = async (x: number, y: number): Promise<void> => {
+      const form = page.getByRole('form', { name: 'move_to' })
+      if (!(await form.isVisible())) await page.locator('summary', { hasText: 'move_to' }).click()
+      await form.getByLabel('x', { exact: true }).fill(String(x))
+      await form.getByLabel('y', { exact: true }).fill(String(y))
+      await form.getByRole('button', { name: 'Run' }).click()
+      await expect.poll(async () => (await ask<{ status: Record<string, unknown> }>(bench, '/devices/gantry')).status['y']).toBe(y)
+    }
+    await move(100, 100)
+    await open(page, 'turned.yaml')
+    await page.getByRole('button', { name: 'Add step' }).click()
+    await page.getByRole('button', { name: 'For each', exact: true }).click()
+    const form = page.getByRole('region', { name: 'Step' })
+    for (const [x, y] of [[140, 110], [130, 150]] as const) {
+      await form.getByRole('button', { name: /^Teach corner \d of 3$/ }).click()
+      await form.getByRole('link', { name: 'gantry', exact: true }).click()
+      await move(x, y)
+      await page.goBack()
+      await row(page, /For each/).click()
+    }
+    await form.getByText('Corner 1: x 100.00 y 100.00 mm · Corner 2: x 140.00 y 110.00 mm').waitFor()
+    await form.getByRole('button', { name: 'Teach corner 3 of 3' }).click()
+    await expect.poll(() => textOf(page)).toContain("csv('outline.csv')")
+    await page.getByRole('button', { name: 'Preview' }).click()
+    await sound(page)
+    await picture(page, 'building-turned')
+
+    expect(await axe(page)).toEqual([])
+
+    await page.getByRole('button', { name: 'Draw the area' }).click()
+    const sheet = page.getByRole('region', { name: 'Preview' }).getByRole('img')
+    const box = await sheet.boundingBox()
+    if (box === null) throw new Error('the preview has no box')
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2)
+    await page.mouse.down()
+    await page.mouse.move(box.x + box.width / 2 - 40, box.y + box.height + 4000, { steps: 4 })
+    await page.mouse.up()
+    await sound(page)
+
+    expect(await textOf(page)).not.toMatch(/span\(-\d{4}/)
+    expect(faults).toEqual([])
+
+    await releaseControl(page)
+    await context.close()
+  })
+
   it('builds one by keys alone, at 1280 px with every line in view', async () => {
     const { page, context, faults } = await aPerson(browser, bench.entry, { viewport: { width: 1280, height: 800 } })
     await page.goto('/protocols')
