@@ -79,9 +79,9 @@ def test_no_file_class_function_or_room_bears_an_old_name():
     found = []
     for path in python_files():
         place = path.relative_to(ROOT)
-        tree = ast.parse(path.read_text("utf-8"))
-        kinds = (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-        names = {node.name for node in ast.walk(tree) if isinstance(node, kinds)}
+        names = set(
+            re.findall(r"^\s*(?:class|(?:async )?def) (\w+)", path.read_text("utf-8"), re.M)
+        )
         names |= {path.stem, *place.parts[1:-1]}
         for folder, old in OLD_NAMES.items():
             if str(place).startswith(folder):
@@ -95,6 +95,8 @@ def test_what_takes_every_exception_says_why_on_its_line():
     found = []
     for path in python_files():
         text = path.read_text("utf-8")
+        if re.search(r"\b(Base)?Exception\b|except\s*:|suppress\(\)", text) is None:
+            continue
         lines = text.splitlines()
         for node in ast.walk(ast.parse(text)):
             match node:

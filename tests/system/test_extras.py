@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tomllib
 from contextlib import nullcontext
+from functools import cache
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
@@ -88,9 +89,12 @@ def required(extra: str) -> set[str]:
     return names
 
 
+installed = cache(packages_distributions)
+
+
 def projects(library: str) -> set[str]:
     """The installed projects that bring a library."""
-    return {name_of(project) for project in packages_distributions().get(library, [])}
+    return {name_of(project) for project in installed().get(library, [])}
 
 
 def imports() -> dict[str, set[str]]:

@@ -1,5 +1,7 @@
 """Checking all points of a long loop at once finds the same as trying every point."""
 
+import math
+
 import pytest
 
 from labrun.engine.check import check_text
@@ -17,15 +19,11 @@ LENGTHS = grid(
 )
 
 
-def slow(value, loops, folding, unit, low, high):
-    """The first item outside, found by trying one after the other."""
-    (name,) = loops
-    for index, item in enumerate(folding.loops[name]):
+def each(value, name, folding, unit):
+    """The number at every item of a loop, one after the other."""
+    for item in folding.loops[name]:
         found = value.evaluate({**folding.names, "params": folding.params, name: item})
-        number = magnitude_in(found, unit) if unit else found
-        if (low is not None and number < low) or (high is not None and number > high):
-            return index
-    return None
+        yield magnitude_in(found, unit) if unit else found
 
 
 @pytest.mark.parametrize("points", [BARE, LENGTHS], ids=["bare", "lengths"])
@@ -38,17 +36,21 @@ def slow(value, loops, folding, unit, low, high):
         "2 * p.y - p.x * p.ix / 50",
     ],
 )  # fmt: skip
-@pytest.mark.parametrize(("low", "high"), [(None, 8.0), (-3.0, None), (0.0, 1e6), (-1e6, 1e6)])
-def test_the_first_point_outside_is_the_one_that_trying_each_finds(points, text, low, high):
+def test_the_first_point_outside_is_the_one_that_trying_each_finds(points, text):
     one = MM if points is LENGTHS else 1.0
     folding = Folding({"w": 4 * one, "one": one}, {}, {"p": points})
     value = Computed(expression(text))
     unit = "mm" if points is LENGTHS else None
-    wanted = slow(value, ["p"], folding, unit, low, high)
-    found = first_outside(value, ["p"], folding, unit, low, high)
+    numbers = list(each(value, "p", folding, unit))
 
     assert is_long(value, ["p"], folding)
-    assert (found.names["p"]["index"] if found else None) == wanted
+    for low, high in [(-math.inf, 8.0), (-3.0, math.inf), (0.0, 1e6), (-1e6, 1e6)]:
+        wanted = next((n for n, number in enumerate(numbers) if not low <= number <= high), None)
+        found = first_outside(
+            value, ["p"], folding, unit,
+            low if low > -math.inf else None, high if high < math.inf else None,
+        )  # fmt: skip
+        assert (found.names["p"]["index"] if found else None) == wanted, (low, high)
 
 
 def test_sums_over_even_spans_are_decided_by_their_ends():

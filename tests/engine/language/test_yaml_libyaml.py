@@ -59,8 +59,9 @@ def compare(text: str) -> bool:
 def test_files_are_read_alike_with_any_line_ends(path):
     text = path.read_text(encoding="utf-8").removeprefix("\ufeff")
 
-    assert compare(text) == compare(text.replace("\n", "\r\n"))
-    assert compare(text) == compare(text.replace("\n", "\r"))
+    ends = ("\n", "\r\n", "\r")
+
+    assert len({compare(text.replace("\n", end)) for end in ends}) == 1
 
 
 def test_what_people_write_is_read_by_libyaml():
