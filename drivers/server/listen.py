@@ -41,6 +41,16 @@ class _Guarded(WebSocketsSansIOProtocol):
 
 
 class _Server(uvicorn.Server):
+    """Ends when it is told to: an idle server of uvicorn's looks ten times a second whether it should."""
+
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self.ending = asyncio.Event()
+
+    async def main_loop(self) -> None:
+        await self.on_tick(0)
+        await self.ending.wait()
+
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
         """Leave signals to the process, which must make its devices safe first."""
@@ -96,6 +106,7 @@ async def listening(
         ws_ping_interval=None,  # Socket.IO sends its own pings
         ws_per_message_deflate=False,  # compression costs more than it saves on loopback and LAN
         lifespan="off",
+        date_header=False,
         log_level="warning",
         log_config=None,
         access_log=False,
@@ -115,5 +126,6 @@ async def listening(
         yield
     finally:
         server.should_exit = True
+        server.ending.set()
         await serving
         listener.close()

@@ -33,7 +33,8 @@ from .settings import ServerSettings
 __all__ = ["ServeFault", "main", "read_settings", "serve", "serving"]
 
 NOT_STARTED = 4
-LOOK_S = 0.25
+LOOK_S = 1.0
+"""Whether anybody still needs it: an owner that was killed cannot say so."""
 
 
 def read_settings(path: Path) -> ServerSettings:
