@@ -11,6 +11,7 @@ import time
 import pytest
 
 from ...ctrl_c import TO_ONE
+from ...found import found
 
 COMMAND = [sys.executable, "-m", "labrun.engine", "call"]
 LAB = """
@@ -53,8 +54,8 @@ def test_a_signal_cancels_the_action_and_says_where_things_stand(
 
 def carriage(folder):
     """Where the simulated gantry really is: its own server keeps its world in a temporary folder."""
-    found = next(folder.rglob("gantry.json"), None)
-    return {"x": 0} if found is None else json.loads(found.read_text())
+    path = found(folder, "gantry.json")
+    return {"x": 0} if path is None else json.loads(path.read_text())
 
 
 @TO_ONE

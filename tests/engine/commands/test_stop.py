@@ -9,6 +9,7 @@ import time
 import pytest
 
 from ...ctrl_c import TO_ONE
+from ...found import found
 
 COMMAND = [sys.executable, "-m", "labrun.engine"]
 LAB = """
@@ -99,9 +100,7 @@ def test_a_call_of_another_lab_goes_on(tmp_path):
         cwd=tmp_path, env={**os.environ, "TMPDIR": str(tmp_path)}, stderr=subprocess.PIPE,
     )  # fmt: skip
     until = time.monotonic() + 500
-    while time.monotonic() < until and not list(
-        tmp_path.rglob("labrun-call-*/servers/*/server.json")
-    ):
+    while time.monotonic() < until and not found(tmp_path, "labrun-call-*/servers/*/server.json"):
         time.sleep(0.05)
     own, other = (
         labrun(tmp_path, "stop", "--lab", f"{name}/lab.yaml", tmpdir=tmp_path)
@@ -171,7 +170,7 @@ def test_servers_of_other_commands_are_found_at_whatever_port(tmp_path, monkeypa
     )  # fmt: skip
     try:
         until = time.monotonic() + 500
-        while time.monotonic() < until and not list(tmp_path.rglob("server.json")):
+        while time.monotonic() < until and not found(tmp_path, "server.json"):
             time.sleep(0.1)
         stopped = labrun(tmp_path, "stop", "--lab", "lab.yaml")
     finally:

@@ -14,6 +14,8 @@ import time
 
 import pytest
 
+from ...found import found
+
 pytestmark = pytest.mark.slow
 COMMAND = [sys.executable, "-m", "labrun.engine"]
 LAB = """
@@ -122,7 +124,7 @@ class Bench:
 
     def truth(self, device, what):
         """What a twin has truly done, as its own log says."""
-        path = next(self.folder.rglob(f"truth/{device}.jsonl"), None)
+        path = found(self.folder, f"truth/{device}.jsonl")
         lines = [] if path is None else path.read_text().splitlines()
         return [entry for entry in map(json.loads, lines) if what in entry.values()]
 
@@ -132,7 +134,7 @@ class Bench:
 
     def place(self):
         """Where the carriage truly is."""
-        path = next(self.folder.rglob("gantry.json"), None)
+        path = found(self.folder, "gantry.json")
         return json.loads(path.read_text()) if path else {"x": 0.0}
 
 
