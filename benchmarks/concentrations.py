@@ -43,6 +43,10 @@ MAJORS = {  # wt % of elements in silicate rocks, drawn evenly
     "Si": (20, 35), "Al": (4, 11), "Fe": (0.7, 9), "Mg": (0.1, 6), "Ca": (0.3, 8), "Na": (0.7, 4),
     "K": (0.2, 5), "Ti": (0.05, 1.3), "Mn": (0.01, 0.16),
 }  # fmt: skip
+BASALTS = {
+    "Si": (20.5, 24.5), "Al": (6, 9.5), "Fe": (5, 13), "Mg": (2, 8), "Ca": (5, 9), "Na": (1, 3.2),
+    "K": (0.1, 1.5), "Ti": (0.4, 2.2), "Mn": (0.08, 0.2),
+}  # fmt: skip
 TRACES = {"Li": (5e-4, 0.3), "Rb": (1e-3, 0.1), "Sr": (2e-3, 0.1), "Ba": (3e-3, 0.15)}  # in logs
 CURVES = {  # methods by a curve: what `labrun calibrate standards` is asked for
     "lines": Choices(pls=False),  # lines and normalisation as cross-validates best
@@ -69,13 +73,14 @@ UNLIKE_PART, UNLIKE_KELVIN, UNLIKE_SPREAD = (
 )  # of a shell: share, heat
 SHOT, DRIFT, BRIGHTEST, CONTINUUM = 0.12, 0.10, 30_000.0, 300.0
 
+Ends = Mapping[str, tuple[float, float]]  # of wt %, by element
 Sample = tuple[dict[str, float], list[Reduction]]  # wt % by element, and its shots
 Row = tuple[str, float, Concentration]  # element, truth in wt %, what is told
 
 
-def rock(rng: np.random.Generator) -> dict[str, float]:
+def rock(rng: np.random.Generator, majors: Ends = MAJORS) -> dict[str, float]:
     """wt % by element; the rest is oxygen."""
-    found = {name: rng.uniform(*ends) for name, ends in MAJORS.items()}
+    found = {name: rng.uniform(*ends) for name, ends in majors.items()}
     for name, ends in TRACES.items():
         found[name] = 0.0 if rng.random() < WITHOUT else float(np.exp(rng.uniform(*np.log(ends))))
     return found
@@ -179,12 +184,12 @@ class Series:
 
 def measured(
     seed: int, n_standards: int, n_unknowns: int, n_shots: int, uneven: bool, scattered: bool,
-    unlike_shell: bool,
+    unlike_shell: bool, majors: Ends = MAJORS,
 ) -> Series:  # fmt: skip
     """Standards and unknowns, one series in a drawn order."""
     laboratory = Laboratory(seed, scattered, unlike_shell)
     both = n_standards + n_unknowns
-    rocks = [rock(laboratory.rng) for _ in range(both)]
+    rocks = [rock(laboratory.rng, majors) for _ in range(both)]
     order = laboratory.rng.permutation(both)
     counts = {int(k): laboratory.shots(rocks[k], n_shots, both) for k in order}
     response = unlike(laboratory.instrument.axis_nm) if uneven else 1.0
@@ -265,6 +270,7 @@ def main() -> None:
         "--unlike-shell", action="store_true",
         help="each series has a shell of its own: 0.5 to 60 % of the atoms at 0.45 to 0.7 of the temperature",
     )  # fmt: skip
+    own.add_argument("--basalts", action="store_true", help="of 5 to 13 %% iron, not of all rocks")
     asked = own.parse_args()
     print(f"{asked.standards} standards, {asked.unknowns} unknowns, {asked.shots} shots each")
     rows: dict[str, list[Row]] = {method: [] for method in asked.methods}
@@ -279,6 +285,7 @@ def main() -> None:
             asked.unknown_response,
             asked.scattered,
             asked.unlike_shell,
+            BASALTS if asked.basalts else MAJORS,
         )
         for method in asked.methods:
             if method in CLOSED:

@@ -15,7 +15,7 @@ factor for each line, here one for each element's amount.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -24,8 +24,9 @@ from ..elements.evidence_score import NOT_SEEN
 from ..elements.identify import Identified
 from ..lines.formula import WEIGHT, Closed, with_oxygen
 from ..plasma.boltzmann import CALIBRATION
-from ..plasma.cool_part import cool_parts
+from ..plasma.cool_part import CoolPart, cool_parts
 from ..plasma.lithium_share import THICK, UNIFORM, cations
+from ..plasma.response import LEVEL, stiffness
 from ..plasma.strengths import atoms
 from ..reduce import Reduction
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray, TextArray
@@ -37,9 +38,12 @@ MOST_ERROR = 1.5  # of ln(amount): with more an element's amount is not told
 # them, or a standard is there): its ends, even in ln; the zone's temperature and density beside the plot's.
 COOL_PARTS = np.geomspace(0.005, 0.6, 9)
 COOL_K, COOL_NE = 0.5, 0.3
-# What a response that had to be found in the same lines leaves of each ln(amount): so many times what the
-# lines scatter beyond their errors, as makes errors right on measured minerals, all of which were seen.
-UNKNOWN_RESPONSE = 1.7
+# What a response that had to be found in the same lines leaves of each ln(amount): so many times the power
+# of what the lines scatter beyond their errors, as makes errors right on measured minerals (all seen, the
+# scatter 0.5), and less wide on made spectra (0.2).
+UNKNOWN_RESPONSE, BY_SCATTER = 2.4, 1.5
+SURELY = 3.0  # ln of the odds that a level response and a cool part make the lines, and not another response
+NO_SEAMS = np.empty(0)
 MOST_SCATTER = 2.0  # of ln(area); a line further off is another's
 LEAST_SHOTS = 3  # whose scatter is an error
 # e-folds by which the cool parts of a sample and of the only standard differ: as makes errors of sodium and
@@ -163,22 +167,27 @@ def concentrations(
     counted = sure if sure.any() else counted
     bound = np.array([with_oxygen(name, closed) for name in names])
     own = np.hypot(UNIFORM, THICK * told.lost)
-    if found.response is not None:
-        own = np.hypot(own, UNKNOWN_RESPONSE * _scatter(found))
+    zones = None if points else _parts(found)
+    if found.response is not None and zones is None:
+        own = np.hypot(own, UNKNOWN_RESPONSE * _scatter(found) ** BY_SCATTER)
     if points:
         own, covariance = _by_standards(told, points, own)
         log_drawn = log_mass + _drawn(covariance)  # a standard's plasma had cooler zones, too
-    elif found.response is not None:  # the same lines told it, and tell the cool part too little
+    elif zones is None:  # the same lines told it, and tell the cool part too little
         covariance = told.covariance + np.diag(own**2)
         log_drawn = log_mass + _drawn(covariance)
         log_drawn += np.resize(told.cool, log_drawn.shape)
     else:
-        log_drawn = _of_two_zones(found)
+        log_drawn = _of_two_zones(found, zones)
         log_mass, covariance = log_drawn.mean(axis=0), np.atleast_2d(np.cov(log_drawn.T))
     counted = _told_well(log_mass + np.log(bound), covariance, counted)
     if not counted.any():
         return {}
-    log_whole = np.logaddexp.reduce((log_drawn + np.log(bound))[:, counted], axis=1, keepdims=True)
+    log_bound = log_drawn + np.log(bound)
+    maybe = doubtful & (np.sqrt(np.diag(covariance)) < MOST_ERROR)
+    log_bound[:, ~(counted | maybe)] = -np.inf
+    log_bound[::2, maybe & ~counted] = -np.inf  # it is there or not, and nothing tells
+    log_whole = np.logaddexp.reduce(log_bound, axis=1, keepdims=True)
     parts = 100 * np.exp(np.minimum(log_drawn - log_whole, 0.0))
     flags = _missing(reduction, names[counted])
     uncalibrated = ("no standard told it",) if points else ()
@@ -219,13 +228,27 @@ def _by_standards(
     return own, covariance + np.outer(unlike, unlike)
 
 
-def _of_two_zones(found: Identified) -> FloatArray:
+def _parts(found: Identified) -> list[CoolPart] | None:
+    """Cool parts of the plasma; None where the lines need a response that no cool part makes up for."""
+    plot, lines, bend = found.plot, found.lines, found.bend
+    assert plot is not None and lines is not None and bend is not None
+    if found.response is None:
+        return cool_parts(lines, plot, bend)
+    level = cool_parts(lines, plot, replace(bend, stiff=stiffness(bend.knots_nm, NO_SEAMS, LEVEL)))
+    bent = cool_parts(lines, plot, bend)
+    return level if _best(level) > _best(bent) + SURELY else None
+
+
+def _best(parts: list[CoolPart]) -> float:
+    return max(part.evidence for part in parts)
+
+
+def _of_two_zones(found: Identified, parts: list[CoolPart]) -> FloatArray:
     """Draws of ln(mass) of the plot's elements, each cool part as often as is its odds; (DRAWS, n)."""
-    plot, lines = found.plot, found.lines
-    assert plot is not None and lines is not None and found.bend is not None
+    plot = found.plot
+    assert plot is not None
     names = atoms().elements[plot.names]
     weight = np.log([WEIGHT.get(name, 1.0) for name in names.tolist()])
-    parts = cool_parts(lines, plot, found.bend)
     half = (np.arange(DRAWS // 2) + 0.5) / (DRAWS // 2)
     last = np.searchsorted(np.cumsum([part.odds for part in parts])[:-1], half)
     which, drawn = np.concatenate([last, last]), np.empty((DRAWS, len(names)))

@@ -45,7 +45,7 @@ COOL_ENDS = np.log([[0.4, 0.85], [0.03, 1.0]])
 ZONES = GLOBAL + 2  # parameters that all lines share: these two after the plot's
 LONGEST_STEPS = np.concatenate([LONGEST_STEP, [0.15, 0.5]])
 FEW = 10.0  # lines, by which the scatter of the others is taken to be as their errors say
-STEPS = 3  # each part begins where the one before ended
+FIRST_STEPS, STEPS = 6, 3  # each part but the first begins where the one before ended
 SLOPE = np.array([0.005, 0.02, 0.02, 0.01, 0.05])  # of the first parameters, for differences
 # Places across half a line: angles whose tangents are in half widths of the hot zone's line; their weights.
 _AT, _WEIGHT = np.polynomial.legendre.leggauss(12)
@@ -56,11 +56,13 @@ _WEIGHT = 0.5 * _WEIGHT * (1 + _SQUARE)
 @dataclass(frozen=True, slots=True, eq=False)
 class CoolPart:
     """One of PARTS: its odds, which add up to 1; ln of the amounts of the plot's elements, (k,), and their
-    covariance (k, k), all else unknown."""
+    covariance (k, k), all else unknown. evidence: ln of how likely the lines are with this part and this
+    knowledge of the response, whatever all parameters are (Laplace's approximation), but for a constant."""
 
     odds: float
     log_scale: FloatArray
     covariance: FloatArray
+    evidence: float
 
 
 def cool_parts(lines: PlotLines, plot: Plot, bend: Bend) -> list[CoolPart]:
@@ -74,8 +76,9 @@ def cool_parts(lines: PlotLines, plot: Plot, bend: Bend) -> list[CoolPart]:
     shown = lines.log_area
     p = np.array([np.log(plot.temperature_k), plot.log10_ne * np.log(10), plot.log_opacity])
     p = np.concatenate([p, np.log([COOL_K, COOL_NE]), plot.log_scale[plot.names]])
+    if len(bend.knots_nm):
+        p = np.concatenate([p, bend.start if plot.response is None else plot.response.log_gain])
     if plot.response is not None:
-        p = np.concatenate([p, plot.response.log_gain])
         shown = shown + plot.response.at(lines.vacuum_nm)
     sigma = np.sqrt(lines.error**2 + CALIBRATION**2)
     toward = np.zeros(len(p))
@@ -88,7 +91,7 @@ def cool_parts(lines: PlotLines, plot: Plot, bend: Bend) -> list[CoolPart]:
     misfits, scales, found = [], [], []
     for part in PARTS:
         told = normal = prior
-        for _ in range(STEPS):
+        for _ in range(STEPS if found else FIRST_STEPS):
             log_area, slopes = zones.with_slopes(p, part)
             z = (shown - log_area) / sigma
             weight = trust(z) / sigma**2
@@ -104,11 +107,16 @@ def cool_parts(lines: PlotLines, plot: Plot, bend: Bend) -> list[CoolPart]:
         say = trust(z)
         # An outlier counts as in the fit: what it adds is bounded.
         misfits.append(np.sum(z**2 * np.sqrt(say)) + (p - toward) @ prior @ (p - toward))
-        covariance = np.linalg.inv(normal)
         # As many parameters as the lines tell, and not what is known beforehand, take their freedom.
-        scales.append(_scatter(np.sum(say * z**2), say.sum() - np.sum(covariance * told)))
+        freedom = say.sum() - np.sum(np.linalg.inv(normal) * told)
+        scales.append(_scatter(np.sum(say * z**2), freedom))
+        # What is known beforehand is known as well where lines scatter less or more than they say.
+        covariance = np.linalg.inv(told / scales[-1] + prior)
         own = slice(ZONES, ZONES + k)
-        found.append((p[own], covariance[own, own] * scales[-1]))
+        evidence = -0.5 * (
+            misfits[-1] + np.linalg.slogdet(normal)[1] - np.linalg.slogdet(bend.stiff)[1]
+        )
+        found.append((p[own], covariance[own, own], float(evidence)))
     log_odds = -0.5 * np.array(misfits) / max(min(scales), 1.0)
     odds = np.exp(log_odds - log_odds.max())
     return [CoolPart(float(one), *of) for one, of in zip(odds / odds.sum(), found, strict=True)]

@@ -6,12 +6,13 @@ from truth import with_vice
 
 from labrun.drivers.simulated.twins.shot import ShotMaker
 from labrun.reduction import Spectrum, read_spectrum, reduce_spectrum
-from labrun.reduction.calibration.closure import _drawn, concentrations, one_point
+from labrun.reduction.calibration.closure import SURELY, _drawn, concentrations, one_point
 from labrun.reduction.lines.formula import WEIGHT, with_oxygen
+from labrun.reduction.plasma import cool_part
 from labrun.reduction.plasma.boltzmann import Bend, fit_plot
 from labrun.reduction.plasma.cool_part import PARTS, cool_parts
 from labrun.reduction.plasma.growth import log_depth_of_unit
-from labrun.reduction.plasma.response import Response
+from labrun.reduction.plasma.response import LEVEL, LOOSE, Response, stiffness
 from labrun.reduction.plasma.strengths import atoms
 
 
@@ -161,6 +162,23 @@ def test_lines_tell_how_much_of_the_plasma_is_cool_and_the_amounts_beside_it(cor
         assert odds.sum() == pytest.approx(1)
         assert amounts - amounts.mean() == pytest.approx(known - known.mean(), abs=0.3)
     assert middle[1] - middle[0] > 1
+
+
+def test_lines_tell_a_cool_part_from_a_response_that_is_off(core, monkeypatch):
+    monkeypatch.setattr(cool_part, "PARTS", PARTS[2:5])
+    at, odds = np.arange(200.0, 941.0, 40.0), []
+    for off in (0.0, 0.8):
+        lines = through_a_cool_zone(core, 0.25)
+        bent = off * np.sin(lines.vacuum_nm / 40)
+        lines = replace(lines, log_area=lines.log_area + bent)
+        plot = fit_plot(lines)
+        level, loose = (
+            max(part.evidence for part in cool_parts(lines, plot, Bend(at, 0 * at, stiff)))
+            for stiff in (stiffness(at, np.empty(0), usual) for usual in (LEVEL, LOOSE))
+        )
+        odds.append(level - loose)
+
+    assert odds[0] > SURELY > 0 > odds[1]
 
 
 def test_no_amounts_are_told_without_lines():
