@@ -11,7 +11,7 @@ import numpy as np
 
 from ..lines.lines import of_lines
 from ..plasma.strengths import atoms, log_strengths
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import kernel
 from ..spectrum.spectrum import FloatArray, IntArray
 from .abundance_prior import LOG_ODDS, log_odds
 
@@ -89,7 +89,7 @@ def catalogue(first_nm: float, last_nm: float, apart_nm: float) -> Catalogue:
     )  # fmt: skip
 
 
-@float_kernel
+@kernel
 def _summed(log, wavelength_nm, entry, n):
     """ln of the sum of each entry's strengths, and their mean wavelength; rows in order of entry."""
     log_sum, mean_nm = np.empty(n), np.empty(n)

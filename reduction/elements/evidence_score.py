@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import inner_kernel, kernel
 from ..spectrum.spectrum import FloatArray, IntArray
 
 CANDIDATES = 8  # of the strongest lines that are there: each proposes a brightness
@@ -55,7 +55,7 @@ class Peaks(NamedTuple):
     relative: FloatArray
 
 
-@float_kernel
+@kernel
 def evidence_score(begin, end, lines, peaks, log_free):
     """The best weight of an element whose lines are begin..end, and ln of its brightness.
 
@@ -85,7 +85,7 @@ def evidence_score(begin, end, lines, peaks, log_free):
     return best, best_scale
 
 
-@float_kernel
+@inner_kernel
 def _at(scale, begin, end, lines, peaks, log_free, dark):
     log_area, low_ev, spread, peak, away, log_limit, log_hidden, stretch, against, hidden = lines
     dark.fill(0.0)
@@ -128,7 +128,7 @@ def _at(scale, begin, end, lines, peaks, log_free, dark):
     return total, (mean / sure if mean != 0.0 else scale)
 
 
-@float_kernel
+@kernel
 def evidence_scores(first, lines, peaks, log_free):
     """The weight and ln of the brightness of every element; first: where its lines begin."""
     n = len(first) - 1
@@ -138,7 +138,7 @@ def evidence_scores(first, lines, peaks, log_free):
     return weight, scale
 
 
-@float_kernel
+@kernel
 def accept(first, lines, peaks, area, prior, least, weight, scale):
     """Accept the most certain element, subtract its share of the peaks, reweigh the others, repeat.
 
@@ -179,7 +179,7 @@ def accept(first, lines, peaks, area, prior, least, weight, scale):
     return weight, scale, accepted[:found].copy(), taken
 
 
-@float_kernel
+@kernel
 def take(begin, end, scale, lines, area, taken):
     """Assign an element the part of each peak that it explains: all of it if the areas agree."""
     for j in range(begin, end):
@@ -196,7 +196,7 @@ def take(begin, end, scale, lines, area, taken):
         taken[i] = min(taken[i], area[i])
 
 
-@float_kernel
+@kernel
 def best_entries(first, log_area, which):
     """The strongest line of each element that is not in a bad channel, or its first."""
     best = first[:-1].copy()

@@ -329,7 +329,7 @@ def _range(x: FloatArray) -> tuple[float, float]:
 
 def _apart(profiles: Profiles) -> float:
     """Lines nearer than this are one to the instrument, nm; in steps, so that tables are reused."""
-    sigma = float(median(profiles.slit.sigma_nm[::SIGMA_STEP]))
+    sigma = float(median(profiles.slit.sigma_nm[::SIGMA_STEP].copy()))
     return float(np.round(np.exp(np.round(np.log(sigma) * 4) / 4), 4))
 
 

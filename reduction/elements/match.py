@@ -8,7 +8,7 @@ import numpy as np
 from ..lines.air_kernel import in_air
 from ..peaks.profiles import Profiles
 from ..peaks.voigt import SIGMA_PER_FWHM
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import kernel
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray
 from .evidence_score import BAD, IN_A_CROWD, NOT_SEEN
 from .offsets import Offsets
@@ -139,7 +139,7 @@ def crowding(centre_nm: FloatArray) -> FloatArray:
     return np.maximum(last - np.searchsorted(centre_nm, centre_nm - half), 1.0) / CROWD_NM
 
 
-@float_kernel
+@kernel
 def _match(places, axis, peaks, air, edges_nm, offset_nm, place_error):
     vacuum_nm, stark_nm, order = places
     x, sigma_nm, noise, net, bad = axis

@@ -17,7 +17,7 @@ from ..plasma.plot_fit import inverse, trust
 from ..plasma.response import LOOSE, Response, between, stiffness
 from ..plasma.response import knots as places_of_knots
 from ..spectrum.curve import median
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import inner_kernel, kernel
 from ..spectrum.spectrum import FloatArray, IntArray
 
 MODEL, RESONANT, RESONANT_EV = 0.3, 0.7, 1.5  # spread of ln(area); of lines that absorb themselves
@@ -91,7 +91,7 @@ class _Seen(NamedTuple):
     part: FloatArray
 
 
-@float_kernel
+@kernel
 def _fit(lines, n_seen, n_names, stiff, free):
     """Robust cost, b at the knots and its covariance; with b = 0 throughout where it is not free."""
     y, sigma, which, place, part = lines
@@ -99,9 +99,14 @@ def _fit(lines, n_seen, n_names, stiff, free):
     n, n_p = len(y), k + n_names
     p, gradient, step = np.zeros(n_p), np.empty(n_p), np.zeros(n_p)
     normal, lower = np.empty((n_p, n_p)), np.zeros((n_p, n_p))
+    own = np.empty(n_seen)
     for e in range(n_names):
-        own = y[:n_seen][which[:n_seen] == e]
-        p[k + e] = median(own) if len(own) else 0.0
+        n_own = 0
+        for i in range(n_seen):
+            if which[i] == e:
+                own[n_own] = y[i]
+                n_own += 1
+        p[k + e] = median(own[:n_own]) if n_own else 0.0
     for turn in range(TURNS):
         gradient.fill(0.0)
         normal.fill(0.0)
@@ -131,7 +136,8 @@ def _fit(lines, n_seen, n_names, stiff, free):
             gradient[b + 1] += w * far * y[i]
         factorise(normal, lower)
         solve(lower, gradient, step)
-        p[:] = step
+        for a in range(n_p):  # p[:] = step compiles the words of an error, 2 s
+            p[a] = step[a]
     cost = 0.0
     for a in range(k):
         for b in range(k):
@@ -143,7 +149,7 @@ def _fit(lines, n_seen, n_names, stiff, free):
     return cost, p[:k].copy(), covariance
 
 
-@float_kernel
+@inner_kernel
 def _left(lines, p, k, i, n_seen):
     """What is left over of one line; of one that is missing, only what it should be fainter by."""
     y, _, which, place, part = lines

@@ -1,10 +1,10 @@
 """Air wavelengths one by one, for the loops that are compiled."""
 
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import kernel
 from .air import INDEX_BEGINS_NM, INDEX_TERMS
 
 
-@float_kernel
+@kernel
 def in_air(vacuum_nm):
     """The air wavelength of one vacuum wavelength, both nm; as `air.to_air`."""
     squared = (1000.0 / max(vacuum_nm, INDEX_BEGINS_NM)) ** 2

@@ -6,7 +6,7 @@ Laplace's continued fraction (Gautschi, SIAM J. Numer. Anal. 7, 187 (1970)).
 
 import numpy as np
 
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import inner_kernel, kernel
 
 N_TERMS = 24  # of Weideman's series: right to 1e-9 for |z| < 8
 SCALE = float(np.sqrt(N_TERMS / np.sqrt(2.0)))  # Weideman's L
@@ -27,7 +27,7 @@ def _weideman_terms(n: int) -> np.ndarray:
 TERMS = _weideman_terms(N_TERMS)
 
 
-@float_kernel
+@kernel
 def faddeeva(z):
     """w(z) = exp(-z^2) erfc(-iz) for Im z >= 0."""
     if z.real * z.real + z.imag * z.imag > FAR_SQUARED:
@@ -47,7 +47,7 @@ def faddeeva(z):
     return (2.0 * series / below + ONE_BY_ROOT_PI) / below
 
 
-@float_kernel
+@inner_kernel
 def faddeeva_row(x, centre, scale, height, real, imag):
     """Fill real and imag (m,) with w((x - centre) scale + i height) for x of shape (m,).
 

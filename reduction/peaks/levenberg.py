@@ -7,7 +7,7 @@ kept by clipping the step; a parameter that is at its bound and pushes outwards 
 
 import numpy as np
 
-from ..spectrum.kernel import float_kernel, sum_kernel
+from ..spectrum.kernel import inner_kernel, kernel, sum_kernel
 from .faddeeva import ONE_BY_ROOT_PI, faddeeva_row
 
 PER_PEAK = 4  # area, centre, sigma, gamma
@@ -22,7 +22,7 @@ ENOUGH_RELATIVE = 1e-6  # the same as a part of chi2
 SURELY_ENOUGH = 1e-2  # a gain that is expected of a step and not looked at
 
 
-@float_kernel
+@kernel
 def evaluate(p, x, model, jacobian):
     """Fill model (m,) and jacobian (len(p), m) at the wavelengths x (m,), in nm from the middle.
 
@@ -75,7 +75,7 @@ def dot(a, b):
     return total
 
 
-@float_kernel
+@inner_kernel
 def normal_equations(p, residual, jacobian, weight, toward, pull, hessian, gradient):
     """Fill hessian = J W J^T + pull (its lower half) and gradient = J W r - pull (p - toward)."""
     n, m = jacobian.shape
@@ -111,7 +111,7 @@ def factorise(matrix, lower):
     return True
 
 
-@float_kernel
+@inner_kernel
 def solve(lower, right, solution):
     """Solve L L^T solution = right."""
     n = len(right)
@@ -127,7 +127,7 @@ def solve(lower, right, solution):
         solution[a] = total / lower[a, a]
 
 
-@float_kernel
+@inner_kernel
 def rest_at_bounds(p, lowest, highest, hessian, gradient):
     """Remove parameters that are at a bound and would cross it from the equations."""
     for a in range(len(p)):
@@ -156,7 +156,7 @@ def cost(y, model, weight, p, toward, pull, residual):
     return total
 
 
-@float_kernel
+@kernel
 def fit(p, x, y, weight, toward, pull, lowest, highest):
     """Improve p in place; return chi2, the final hessian, and whether it converged.
 

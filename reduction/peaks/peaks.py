@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..spectrum.curve import softened
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import inner_kernel, kernel
 from ..spectrum.spectrum import FloatArray, IntArray
 
 SIGNIFICANT = 5.0  # height and prominence, in noise of the smoothed spectrum
@@ -36,7 +36,7 @@ def standing_out(
     return channels, counts / SOFTENED_NOISE
 
 
-@float_kernel
+@kernel
 def _stand_out(y, noise, significant):
     n = len(y)
     found, clear = np.empty(n // 2 + 1, np.int64), np.empty(n // 2 + 1)
@@ -61,7 +61,7 @@ def clear_of(intensity: FloatArray, noise: FloatArray, channels: IntArray) -> Fl
     return _clear_of(softened(intensity), noise, channels) / SOFTENED_NOISE
 
 
-@float_kernel
+@kernel
 def _clear_of(y, noise, channels):
     clear = np.zeros(len(channels))
     for k in range(len(channels)):
@@ -80,7 +80,7 @@ def _clear_of(y, noise, channels):
     return clear
 
 
-@float_kernel
+@inner_kernel
 def _prominence(y, top):
     """Prominence: the least descent from a peak on the way to higher ground."""
     reach = WIDEST_CHANNELS // 2

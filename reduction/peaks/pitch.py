@@ -11,7 +11,7 @@ import numpy as np
 
 from ..spectrum.bad import BadChannels, bridged, mark_bad
 from ..spectrum.curve import median, quantile
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import kernel
 from ..spectrum.resampled import WHITE, sharing
 from ..spectrum.spectrum import BoolArray, FloatArray, Spectrum
 from .profiles import Profiles, fit_profiles
@@ -111,7 +111,7 @@ def too_fine(profiles: Profiles) -> int:
         return 1
     slit = profiles.slit
     pitch_nm = (x[-1] - x[0]) / max(len(x) - 1, 1)
-    sigma_nm = float(median(slit.sigma_nm[:: max(len(x) // 200, 1)]))
+    sigma_nm = float(median(slit.sigma_nm[:: max(len(x) // 200, 1)].copy()))
     width = (sigma_nm / SIGMA_PER_FWHM + slit.gamma_nm) / pitch_nm
     width = min(width, OVER_NARROW * narrow_nm(profiles) / pitch_nm)
     wide, enough = (WIDE, ENOUGH) if len(profiles.peaks) >= FEW else (WIDE_OF_FEW, ENOUGH_OF_FEW)
@@ -161,7 +161,7 @@ def narrow_channels(intensity: FloatArray, bad: BoolArray) -> float:
     return float(quantile(np.array(widths), NARROW)) if widths else np.inf
 
 
-@float_kernel
+@kernel
 def _means(x, y, out, full, channels):
     n = len(x)
     m = (n + channels - 1) // channels

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..spectrum.bad import bridged, mark_bad
 from ..spectrum.curve import bridge, pitch_of, quantile, softened
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import kernel
 from ..spectrum.noise import (
     QUANTILE,
     SIGMA_PER_QUANTILE,
@@ -192,7 +192,7 @@ def quieter_noise(
     """
     if len(seeds) < LEAST_TOPS:
         return noise
-    read = float(quantile(floor[::QUIET_STEP], QUIET_PART)) ** 2
+    read = float(quantile(floor[::QUIET_STEP].copy(), QUIET_PART)) ** 2
     tops = np.clip(seeds[:, None] + np.arange(-2, 3), 0, len(left) - 1)
     each = TAKEN_UP * np.mean(left[tops] ** 2, axis=1) - read
     gain = max(float(quantile(each / np.maximum(light[seeds], 1e-30), QUIET_LINES)), 0.0)
@@ -223,7 +223,7 @@ def search_residual(
     return found[near > np.maximum(APART * slit.sigma_nm[found] / SIGMA_PER_FWHM, pitch[found])]
 
 
-@float_kernel
+@kernel
 def _tolerated(noise, model):
     """Noise, and what a profile may be off by where any of three channels is bright, counts, (m,)."""
     out, last = np.empty(len(noise)), len(noise) - 1

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import kernel
 from ..spectrum.spectrum import FloatArray
 from .faddeeva import faddeeva_row
 from .levenberg import ROOT_2, ROOT_2_PI
@@ -21,7 +21,7 @@ def render(wavelength_nm: FloatArray, peaks: VoigtPeaks, faint: FloatArray) -> F
     return model
 
 
-@float_kernel
+@kernel
 def _draw(x, area, centre, sigma, gamma, faint, model):
     n = len(x)
     for k in range(len(area)):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..spectrum.curve import along, median, pitch_of, quantile
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import kernel
 from ..spectrum.spectrum import FloatArray, IntArray
 from .render import render
 from .voigt import SIGMA_PER_FWHM, Slit, VoigtPeaks, fit_peaks
@@ -103,11 +103,14 @@ def _gain(wavelength_nm, net, noise, peaks, fitted: VoigtPeaks) -> float | None:
     return max(float(quantile(each, QUIET_LINES)), 0.0)
 
 
-@float_kernel
+@kernel
 def _narrow_and_spread(windows):
     """A low quantile of each row, and its median distance from its median; shapes (n,)."""
     narrow, spread = np.empty(len(windows)), np.empty(len(windows))
+    away = np.empty(windows.shape[1])
     for k in range(len(windows)):
-        narrow[k] = quantile(windows[k], NARROW_QUANTILE)
-        spread[k] = median(np.abs(windows[k] - median(windows[k])))
+        narrow[k], middle = quantile(windows[k], NARROW_QUANTILE), median(windows[k])
+        for i in range(len(away)):
+            away[i] = abs(windows[k, i] - middle)
+        spread[k] = median(away)
     return narrow, spread

@@ -9,9 +9,9 @@ the tall ones wider, the small ones are noise; where tall and small ones are nar
 import numpy as np
 
 from ..spectrum.curve import median
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import kernel
 from ..spectrum.spectrum import FloatArray, IntArray
-from .windows import half_height
+from .windows import half_heights
 
 NARROW, NEVER = 1.8, 1.4  # channels at half height: of a narrow slit; of no grating spectrograph
 LEAST, TALLEST = 100, 20  # peaks
@@ -31,10 +31,11 @@ def has_spikes(net: FloatArray, seeds: IntArray) -> bool:
     return bool(small < NEVER or (small < NARROW and tall > WIDER * small))
 
 
-@float_kernel
+@kernel
 def _full_widths(y, peaks):
     """Full widths at half height, channels, shape (n,)."""
     full = np.empty(len(peaks))
     for k in range(len(peaks)):
-        full[k] = half_height(y, peaks[k], -1) + half_height(y, peaks[k], 1)
+        left, right = half_heights(y, peaks[k])
+        full[k] = left + right
     return full

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..spectrum.curve import pitch_at
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import inner_kernel, kernel
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray
 from .faddeeva import faddeeva
 from .levenberg import PER_LINE, PER_PEAK, ROOT_2, ROOT_2_PI, factorise, fit, solve
@@ -72,7 +72,7 @@ def voigt(
     return _profile((away + 1j * gamma_nm) / (sigma_nm * ROOT_2)) * area / (sigma_nm * ROOT_2_PI)
 
 
-@float_kernel
+@kernel
 def _profile(z):
     real = np.empty(len(z))
     for i in range(len(z)):
@@ -182,7 +182,7 @@ def seen_widths(x: FloatArray, y: FloatArray, channels: IntArray, slit: Slit) ->
     return np.maximum(full, least)
 
 
-@float_kernel
+@inner_kernel
 def _guess(x, y, peaks, first, full, pitch, slit):
     """Parameters, what they are pulled towards and how, and bounds; x in nm from the middle."""
     n = PER_PEAK * len(peaks) + PER_LINE
@@ -216,7 +216,7 @@ def _guess(x, y, peaks, first, full, pitch, slit):
     return p, toward, pull, lowest, highest
 
 
-@float_kernel
+@kernel
 def _fit_all(data, peaks, full, slit, known_before, start, fits):
     wavelength_nm, y, noise = data
     fitted, covariance, chi2, settled = fits

@@ -6,7 +6,7 @@ peak begins to rise.
 
 import numpy as np
 
-from ..spectrum.kernel import kernel
+from ..spectrum.kernel import inner_kernel, kernel
 
 REACH = 3.0  # half-window beyond the outer peaks, in full widths at half maximum
 TOGETHER = 1.5  # peaks closer than this many of their summed widths share a fit
@@ -14,9 +14,19 @@ MOST_TOGETHER = 8  # the cost grows with the cube
 LEAST_CHANNELS = 6  # on either side of a peak
 
 
-@kernel
-def half_height(y, at, direction):
-    """Channels (with fraction) from a peak to half its height, or to the valley before that."""
+@inner_kernel
+def half_heights(y, at):
+    """Channels (with fraction) from a peak to half its height on its left, and on its right."""
+    # A constant for the direction would be a type of its own for numba, and compiled for each.
+    left, right = 0.0, 0.0
+    for direction in (-1, 1):
+        left, right = right, _half_height(y, at, direction)
+    return left, right
+
+
+@inner_kernel
+def _half_height(y, at, direction):
+    """The same to one side, or to the valley before that."""
     n = len(y)
     half = 0.5 * y[at]
     i = at
@@ -38,7 +48,7 @@ def widths(y, peaks):
     """Full widths at half maximum in channels, from the steeper side of each peak; shape (n,)."""
     full = np.empty(len(peaks))
     for k in range(len(peaks)):
-        left, right = half_height(y, peaks[k], -1), half_height(y, peaks[k], 1)
+        left, right = half_heights(y, peaks[k])
         full[k] = max(2.0 * min(left, right), 1.5)
     return full
 
@@ -74,7 +84,11 @@ def groups(y, peaks, full):
     return found[:g]
 
 
-@kernel
+@inner_kernel
 def valley(y, left, right):
     """The lowest channel between two peaks."""
-    return left + np.argmin(y[left : right + 1])
+    lowest = left
+    for i in range(left + 1, right + 1):
+        if y[i] < y[lowest]:
+            lowest = i
+    return lowest

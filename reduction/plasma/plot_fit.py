@@ -9,7 +9,7 @@ import numpy as np
 
 from ..lines.lines import BOLTZMANN_EV_PER_K, LOWERING_EV
 from ..peaks.levenberg import factorise, solve
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import inner_kernel, kernel
 from .growth import HC_BY_K_NM_K, PEAK_OF_LORENTZIAN
 from .plasma import SAHA_PER_CM3
 
@@ -23,17 +23,16 @@ SETTLED = 1e-3  # steps of ln T and ln n_e too small to matter
 HEAT_STEP = 0.01  # of ln T, for the slope of the sums over states
 
 
-@float_kernel
-def log_sum(log_u, grid_k, species, stage, kelvin):
-    """ln U of one species, from the table log_u (e, 2, grid)."""
+@inner_kernel
+def log_sum(log_u, grid_k, kelvin):
+    """ln U of one species and stage, from its table log_u (grid,)."""
     last = len(grid_k) - 1.001
     place = min(max((kelvin - grid_k[0]) / (grid_k[1] - grid_k[0]), 0.0), last)
     i = int(place)
-    low = log_u[species, stage, i]
-    return low + (place - i) * (log_u[species, stage, i + 1] - low)
+    return log_u[i] + (place - i) * (log_u[i + 1] - log_u[i])
 
 
-@float_kernel
+@inner_kernel
 def states(names, log_u, grid_k, limit_ev, p, held, ions, heat):
     """For each element of `names` and stage: ln of an atom's share of a state of g = 1, E = 0.
 
@@ -43,11 +42,11 @@ def states(names, log_u, grid_k, limit_ev, p, held, ions, heat):
     kt = BOLTZMANN_EV_PER_K * kelvin
     warmer = kelvin * (1.0 + HEAT_STEP)
     for k in range(len(names)):
-        u0 = log_sum(log_u, grid_k, names[k], 0, kelvin)
-        u1 = log_sum(log_u, grid_k, names[k], 1, kelvin)
+        of_atoms, of_ions = log_u[names[k], 0], log_u[names[k], 1]
+        u0, u1 = log_sum(of_atoms, grid_k, kelvin), log_sum(of_ions, grid_k, kelvin)
         by_heat = np.log1p(HEAT_STEP)
-        growth0 = (log_sum(log_u, grid_k, names[k], 0, warmer) - u0) / by_heat
-        growth1 = (log_sum(log_u, grid_k, names[k], 1, warmer) - u1) / by_heat
+        growth0 = (log_sum(of_atoms, grid_k, warmer) - u0) / by_heat
+        growth1 = (log_sum(of_ions, grid_k, warmer) - u1) / by_heat
         cost = (limit_ev[names[k]] - LOWERING_EV) / kt
         log_ratio = np.log(SAHA_PER_CM3) - p[1] + 1.5 * p[0] + u1 - u0 - cost
         log_neutral = -log_ratio - np.log1p(np.exp(-log_ratio))  # of 1 / (1 + ratio)
@@ -60,7 +59,7 @@ def states(names, log_u, grid_k, limit_ev, p, held, ions, heat):
         heat[k, 1] = -growth1 + (1.0 - ions[k]) * saha
 
 
-@float_kernel
+@inner_kernel
 def thin_areas(row_entry, row_which, row_ion, row_log_ga, row_e_k, held, kelvin, thin):
     """Fill thin (n,) with ln of each line's thin area for one atom; rows of a line in one run."""
     inverse = -1.0 / (BOLTZMANN_EV_PER_K * kelvin)
@@ -79,7 +78,7 @@ def thin_areas(row_entry, row_which, row_ion, row_log_ga, row_e_k, held, kelvin,
         thin[line] = np.log(total) + top
 
 
-@float_kernel
+@inner_kernel
 def read_even(grid, values, at):
     """A value off a table on an even grid, ends level."""
     last = len(grid) - 1
@@ -92,7 +91,7 @@ def read_even(grid, values, at):
     return values[i] + (place - i) * (values[i + 1] - values[i])
 
 
-@float_kernel
+@inner_kernel
 def absorbed(p, thin, which, vacuum_nm, width_nm, growth, log_tau, kept, slope):
     """Fill log_tau, ln of what each line kept, and its slope; keep the opacity within bounds."""
     grid, log_f, slopes = growth
@@ -113,13 +112,13 @@ def absorbed(p, thin, which, vacuum_nm, width_nm, growth, log_tau, kept, slope):
         slope[i] = read_even(grid, slopes, log_tau[i])
 
 
-@float_kernel
+@kernel
 def trust(z):
     """Weight of Geman and McClure: an outlier loses its influence."""
     return 1.0 / (1.0 + (z / OUTLIER) ** 2) ** 2
 
 
-@float_kernel
+@kernel
 def gauss_newton(
     p,
     lines,
@@ -226,7 +225,7 @@ def gauss_newton(
     return inverse(normal, lower)
 
 
-@float_kernel
+@inner_kernel
 def inverse(normal, lower):
     """The covariance, from the normal matrix (its lower half); NaN if that is singular."""
     n = len(normal)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .curve import bridge, joined, median
-from .kernel import float_kernel
+from .kernel import kernel
 from .noise import local_noise
 from .spectrum import BoolArray, FloatArray
 
@@ -79,7 +79,7 @@ def lone(y: FloatArray, noise: FloatArray) -> BoolArray:
     return found
 
 
-@float_kernel
+@kernel
 def _lone(y, noise, found):
     for i in range(2, len(y) - 2):
         rise = y[i] - max(y[i - 1], y[i + 1])
@@ -101,7 +101,7 @@ def _dead(y, noise):
         return np.zeros(len(y), dtype=bool)
     blocks = y[: n * FLOOR_BLOCK].reshape(n, FLOOR_BLOCK)
     place = int(FLOOR_QUANTILE * FLOOR_BLOCK)
-    low = np.partition(blocks, place, axis=1)[:, place]
+    low = np.partition(blocks, place, axis=1)[:, place].copy()  # a stride is compiled for once more
     floor = joined(low, 0.5 * FLOOR_BLOCK, float(FLOOR_BLOCK), len(y))
     return y < floor - DEAD_SIGMA * noise
 

@@ -6,14 +6,13 @@ spectra.
 
 import numpy as np
 
-from .kernel import float_kernel
+from .kernel import inner_kernel, kernel
 from .spectrum import FloatArray, IntArray
 
-FEW = 32  # values, that are sorted as fast as parted
 FINE = 4_096  # bins of the histogram that a middle is read from
 
 
-@float_kernel
+@kernel
 def joined(values, first, step, n):
     """Values at the channels first, first + step, ... joined by straight lines, shape (n,).
 
@@ -37,7 +36,7 @@ def joined(values, first, step, n):
     return out
 
 
-@float_kernel
+@kernel
 def along(x, knots, values):
     """Values at ascending knots, joined by straight lines, at ascending places x; ends level."""
     out = np.empty(len(x))
@@ -53,7 +52,7 @@ def along(x, knots, values):
     return out
 
 
-@float_kernel
+@kernel
 def bridge(values, bad):
     """The same values with bad channels joined by straight lines; some must be good; (n,)."""
     out = values.copy()
@@ -79,7 +78,7 @@ def bridge(values, bad):
     return out
 
 
-@float_kernel
+@kernel
 def even_means(values, width, first, step):
     """Means over `width` (odd) channels around first, first + step, ...; ends repeated."""
     n, half = len(values), width // 2
@@ -94,7 +93,7 @@ def even_means(values, width, first, step):
     return out
 
 
-@float_kernel
+@kernel
 def softened(values):
     """The mean of each channel (twice) and its two neighbours (once); ends repeated; (n,)."""
     n = len(values)
@@ -109,7 +108,7 @@ def softened(values):
     return out
 
 
-@float_kernel
+@kernel
 def pitches(x):
     """Distance between neighbouring channels around each, shape (n,), n >= 2."""
     n = len(x)
@@ -120,7 +119,7 @@ def pitches(x):
     return out
 
 
-@float_kernel
+@kernel
 def middle_within(values, reach):
     """The median of the values within +-reach, from a histogram; 0 if there are none.
 
@@ -143,26 +142,53 @@ def middle_within(values, reach):
     return reach
 
 
-@float_kernel
+@inner_kernel
+def put_in_place(values, place):
+    """Swap values until the one at `place` is where sorting would put it; none may be NaN.
+
+    (Hoare, Communications of the ACM 4, 321 (1961).)
+    """
+    low, high = 0, len(values) - 1
+    while low < high:
+        pivot, i, j = values[place], low, high
+        while i <= j:
+            while values[i] < pivot:
+                i += 1
+            while pivot < values[j]:
+                j -= 1
+            if i <= j:
+                values[i], values[j] = values[j], values[i]
+                i += 1
+                j -= 1
+        if j < place:
+            low = i
+        if place < i:
+            high = j
+
+
+@kernel
 def quantile(values, q):
-    """The quantile q (0 to 1) of values, linearly interpolated; NaN for none."""
+    """The quantile q (0 to 1) of values, linearly interpolated; NaN for none, and if one is NaN."""
     n = len(values)
     if n == 0:
         return np.nan
+    parted = np.empty(n)
+    for i in range(n):
+        parted[i] = values[i]
+        if values[i] != values[i]:
+            return np.nan
     place = q * (n - 1)
-    low = int(place)
-    if n <= FEW:
-        ordered = np.sort(values)
-        if low >= n - 1:
-            return ordered[n - 1]
-        return ordered[low] + (place - low) * (ordered[low + 1] - ordered[low])
-    parted = np.partition(values, min(low, n - 1))
-    if low >= n - 1:
-        return parted[n - 1]
-    return parted[low] + (place - low) * (parted[low + 1 :].min() - parted[low])
+    low = min(int(place), n - 1)
+    put_in_place(parted, low)
+    if low == n - 1:
+        return parted[low]
+    following = parted[low + 1]
+    for i in range(low + 2, n):
+        following = min(following, parted[i])
+    return parted[low] + (place - low) * (following - parted[low])
 
 
-@float_kernel
+@kernel
 def median(values):
     """The median of values, shape (n,); NaN for none."""
     return quantile(values, 0.5)

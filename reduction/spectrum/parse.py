@@ -7,7 +7,7 @@ line (text, nan, a huge exponent) is left to the caller.
 
 import numpy as np
 
-from .kernel import float_kernel, kernel
+from .kernel import inner_kernel, kernel
 
 MINUS, PLUS, POINT, ZERO, NINE = (ord(c) for c in "-+.09")
 LINE_FEED, RETURN, SPACE, TAB, COMMA, SEMICOLON = (ord(c) for c in "\n\r \t,;")
@@ -18,7 +18,7 @@ TEN, MOST_PLAIN = np.uint8(10), np.uint64(17)  # digits of a number that is read
 LINE = 64  # more characters than any line of two such numbers
 
 
-@kernel
+@inner_kernel
 def many_digits(text, at, end):
     """As many digits as an int64 holds, of more that stand there, and their power of ten."""
     digits, kept, power = np.int64(0), 0, 0
@@ -80,14 +80,14 @@ def number(text, at):
     return (-value if negative else value), at, True
 
 
-@kernel
+@inner_kernel
 def skip_blanks(text, at):
     while at < len(text) and (text[at] == SPACE or text[at] == TAB or text[at] == RETURN):
         at += 1
     return at
 
 
-@float_kernel
+@kernel
 def plain_pairs(text, at, first, second, n):
     """As `pairs`, of lines that are digits, one mark and digits: every other line is odd, and the last few.
 

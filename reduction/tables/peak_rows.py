@@ -6,7 +6,7 @@ from ..peaks.faddeeva import faddeeva
 from ..peaks.levenberg import ROOT_2, ROOT_2_PI
 from ..reduce import Reduction
 from ..spectrum.bad import BadChannels
-from ..spectrum.kernel import float_kernel
+from ..spectrum.kernel import kernel
 from ..spectrum.spectrum import BoolArray, FloatArray
 from .columns import BETWEEN_FLAGS, Cells
 from .named import Names, names
@@ -35,7 +35,7 @@ def peak_rows(wavelength_nm: FloatArray, reduction: Reduction) -> Cells:
     }
 
 
-@float_kernel
+@kernel
 def heights(area, sigma_nm, gamma_nm):
     """Counts at the tops of Voigt profiles: area Re w(i gamma / (sigma sqrt 2)) / (sigma sqrt 2pi).
 

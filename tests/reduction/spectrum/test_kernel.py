@@ -1,5 +1,6 @@
 """Compiled code lies in the user's cache, never beside the module."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -8,8 +9,10 @@ from pathlib import Path
 import pytest
 
 import labrun.reduction
-from labrun.reduction.peaks.windows import half_height
-from labrun.reduction.spectrum.kernel import ByContents, state_of
+from labrun.reduction.peaks.windows import half_heights
+from labrun.reduction.spectrum import kernel
+from labrun.reduction.spectrum.kernel import ByContents, CompiledOnce, state_of
+from labrun.system.files import lock_file
 
 PACKAGE = Path(labrun.reduction.__file__).parent
 
@@ -29,7 +32,7 @@ def test_code_compiled_before_a_source_changed_is_not_taken_for_that_of_now(tmp_
 def test_the_same_code_installed_elsewhere_is_not_compiled_again(tmp_path):
     elsewhere = tmp_path / "labrun" / "reduction"
     shutil.copytree(PACKAGE, elsewhere, ignore=shutil.ignore_patterns("__pycache__", "*.npz"))
-    loop, within = half_height.py_func, Path("peaks") / "windows.py"
+    loop, within = half_heights.py_func, Path("peaks") / "windows.py"
 
     assert state_of(elsewhere) == state_of(PACKAGE)
     assert ByContents.get_suitable_cache_subpath(elsewhere / within) == "peaks"
@@ -46,6 +49,58 @@ def test_every_compiled_loop_lies_where_changes_are_looked_for():
 
     assert len(with_loops) > 10
     assert with_loops <= set(PACKAGE.glob("*/*.py"))
+
+
+def test_who_compiles_a_loop_has_it_alone_until_it_is_done_or_failed(tmp_path, monkeypatch):
+    monkeypatch.setattr(kernel.config, "CACHE_DIR", str(tmp_path))
+    own, loop = half_heights, half_heights.py_func
+    sig = ((kernel.numba.float64[::1], kernel.numba.int64), None)
+    one, other = CompiledOnce(loop), CompiledOnce(loop)
+    waited = []
+    monkeypatch.setattr(kernel, "_wait_for", lambda file: waited.append(locked(file)))
+
+    assert one.load_overload(sig, own.targetctx) is None  # it is to be compiled, by this one
+    assert other.load_overload(sig, own.targetctx) is None  # its patience has ended
+    other.unlock()
+    one.unlock()
+    assert other.load_overload(sig, own.targetctx) is None
+    other.unlock()
+
+    assert waited == [True, False, True]
+
+
+def locked(file):
+    try:
+        lock_file(file)
+    except OSError:
+        return False
+    return True
+
+
+@pytest.mark.soak
+def test_two_processes_that_want_a_loop_at_once_compile_it_once(tmp_path):
+    program = (
+        "import numpy as np\n"
+        "from labrun.reduction.peaks.windows import widths\n"
+        "from numba.core import event\n"
+        "with event.install_recorder('numba:compile') as seen:\n"
+        "    widths(np.ones(9), np.array([4]))\n"
+        "print(sum(e.is_start for _, e in seen.buffer))\n"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    both = [
+        subprocess.Popen(
+            [sys.executable, "-P", "-c", program],
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment,
+        )
+        for _ in range(2)
+    ]
+    compiled = sorted(int(process.communicate()[0]) for process in both)
+
+    assert compiled[0] == 0
+    assert compiled[1] >= 3  # widths, and what it calls
 
 
 @pytest.mark.soak
