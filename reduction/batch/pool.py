@@ -34,6 +34,7 @@ class _Worker:
     up: bool = False
     number: int | None = None  # of the chunk that it has
     ends: float = 0.0
+    compiling: bool = False  # or waits for what another compiles
 
 
 class Pool:
@@ -108,10 +109,11 @@ class Pool:
             return self._buried(worker)
         if what == UP:
             worker.up, self.stillborn = True, 0
-            worker.ends = time.monotonic() + self.chunk_s
+            worker.ends = max(worker.ends, time.monotonic() + self.chunk_s)
             return []
         if what == COMPILING:
-            worker.ends += COMPILING_S
+            for one in [w for w in self.workers if not w.compiling]:
+                one.compiling, one.ends = True, one.ends + COMPILING_S
             if self.told is not None:
                 self.told()
             self.told = None

@@ -2,7 +2,6 @@
 
 import signal
 import warnings
-from contextlib import suppress
 from importlib import import_module
 from multiprocessing.connection import Connection
 
@@ -18,7 +17,6 @@ def main(link: Connection, settings: Settings) -> None:
     warnings.simplefilter("ignore")  # people see only what is in a row
     try:
         _tell_of_compiling(link)
-        _get_ready()
         link.send((UP,))
         while True:
             number, chunk = link.recv()
@@ -26,13 +24,6 @@ def main(link: Connection, settings: Settings) -> None:
             link.send((DONE, number, done))
     except (EOFError, OSError):
         return
-
-
-def _get_ready() -> None:
-    from ..warm_up import warm_up
-
-    with suppress(Exception):  # it happens again for each spectrum, and is reported there
-        warm_up()
 
 
 def _tell_of_compiling(link: Connection) -> None:

@@ -149,7 +149,7 @@ def _kernel(**more: Any) -> Callable[[Callable], Any]:
     jit = numba.njit(cache=True, nogil=True, **options)
 
     def compiled(function: Callable) -> Any:
-        kernel = jit(function)
+        kernel: Any = jit(function)
         kernel._cache = CompiledOnce(function)
         return kernel
 
