@@ -315,6 +315,9 @@ def step_kind(value: Any) -> str | None:
     return None
 
 
+FINALLY_S = 600.0
+"""How long `finally` may take, beside the timeouts and waits that its steps state."""
+
 STEP_LISTS = {
     "steps": "steps", "parallel": "parallel", "any": "any", "then": "then", "else": "else_",
 }  # fmt: skip

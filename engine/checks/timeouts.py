@@ -29,6 +29,9 @@ Beside it, lab.yaml:
 W402. A timeout shorter than the usual duration ends actions that are working correctly. Where a parameter
 says how long an action takes, as that of `furnace.hold` does, it counts.
 
+`finally` ends after 10 min, so that a device that hangs does not keep the others from their safe state. A
+step there that takes longer states its `timeout` itself, and the limit grows by it.
+
 Passes:
 
     devices: {gantry: gantry@1, furnace: furnace@1}
@@ -36,6 +39,7 @@ Passes:
       - {do: gantry.home, timeout: 120 s}
       - {do: furnace.hold, with: {duration: 10 min}, timeout: 20 min}
     finally:
+      - {do: furnace.ramp, with: {to: 300 degC, rate: 5 K/min}, timeout: 6 h}
       - {do: furnace.off, on_error: continue}
 
 Fails:
@@ -45,11 +49,11 @@ Fails:
       - {do: gantry.home, timeout: 1 s}
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from ...schemas.contract import Action
 from ...schemas.problem import Problem
-from ...schemas.protocol import Do
+from ...schemas.protocol import FINALLY_S, Do, Step, inner_lists
 from ...schemas.quantity import UnitError, magnitude_in, seconds
 from .context import Context
 
@@ -62,6 +66,7 @@ CODES = {
 def check(context: Context) -> Iterator[Problem]:
     """Every `do` whose action is known."""
     default = context.protocol.defaults.timeout
+    in_finally = set(_without_own(context.protocol.finally_))
     for step, at, _, action in context.survey.actions():
         limit = step.timeout if step.timeout is not None else default
         if limit is None and action.duration is None and not action.takes:
@@ -70,9 +75,27 @@ def check(context: Context) -> Iterator[Problem]:
         usual, given = _usual_s(step, action), _seconds(limit)
         if usual is not None and given is not None and 0 < given < usual:
             place = (*at.place, "timeout") if step.timeout is not None else (*at.place, "do")
-            usually = step.with_.get(action.takes, action.duration or f"{usual:g} s")
+            usually = _usually(step, action, usual)
             message = f"{step.do} usually takes {usually}; the timeout of {limit} ends it early"
             yield context.source.problem(place, "W402", message)
+        if usual is not None and usual > FINALLY_S and id(step) in in_finally:
+            message = f"{step.do} usually takes {_usually(step, action, usual)}; `finally` ends after 10 min"
+            hint = "a `timeout` of its own, such as `timeout: 6 h`, is added to the 10 min"
+            yield context.source.problem((*at.place, "do"), "W402", message, hint)
+
+
+def _without_own(steps: Sequence[Step]) -> Iterator[int]:
+    """The actions for which neither they nor a step around them states a time."""
+    for step in steps:
+        if step.timeout is None:
+            if isinstance(step, Do):
+                yield id(step)
+            for _, inner in inner_lists(step):
+                yield from _without_own(inner)
+
+
+def _usually(step: Do, action: Action, usual_s: float) -> object:
+    return step.with_.get(action.takes, action.duration or f"{usual_s:g} s")
 
 
 def _usual_s(step: Do, action: Action) -> float | None:

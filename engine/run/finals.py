@@ -4,23 +4,25 @@ A `use` enters its own and ends it. What an abort, or a step above that was stop
 that step or, at the latest, by the end of the run.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 
+from ...schemas.protocol import Step
 from .frame import Frame, Scope
 
 
 @dataclass(slots=True)
 class Final:
-    """The `finally` of one `use`, by its names and frame.
+    """The `finally` of one `use`, by its steps, names and frame.
 
     `begun`: how often it was begun; each time has its own path, and so its own ids.
     """
 
     build: Callable[[Scope], Behaviour]
+    steps: Sequence[Step]
     names: dict[str, Any]
     frame: Frame
     begun: int = 0

@@ -20,6 +20,7 @@ from ..language.expression import ExpressionError
 from ..language.moments import moment_text
 from ..language.value import value_of
 from ..run.files import NoRoom
+from ..run.finals import Final
 from ..run.frame import Frame, Scope
 from ..run.open_uses import OpenUse
 from ..run.rows import restore_rows
@@ -28,6 +29,7 @@ from ..tree.compile import TreeCompiler
 from ..tree.nodes.failure import Failure
 from ..tree.nodes.node import failure_of
 from ..tree.tick import StopNow, run_tree
+from .finally_limit import limit_s
 from .live_change import LiveChange
 from .safe_state import (
     mark_state_lost,
@@ -39,8 +41,6 @@ from .uses_under_way import uses_under_way
 
 LINKS_S = 1.0
 """Within this time every link to a restarted server has reconnected."""
-FINALLY_S = 600.0
-"""The time limit for all of `finally`."""
 
 
 @dataclass(slots=True)
@@ -247,23 +247,28 @@ class RunSession:
         phase = f"finally:{self.run.history.finals + 1}"
         self._begin(phase)
         failures: list[Failure] = []
+        finals = self.run.finals.take()
+        every = [(one.steps, one.names) for _, one in finals]
+        at_most_s = limit_s([*every, (self.protocol.finally_, self.main_frame.names)])
         try:
-            async with asyncio.timeout(FINALLY_S):
-                for root in self._finals(phase):
+            async with asyncio.timeout(at_most_s):
+                for root in self._finals(phase, finals):
                     ended = await run_tree(
                         root, self.run, self.dispatcher, self.control, abortable=False
                     )
                     if ended != "succeeded":
                         failures.append(failure_of(root))
         except TimeoutError:
-            late = f"not finished within {FINALLY_S:g} s"
+            late = (
+                f"not finished within {at_most_s:g} s; a step that takes long states its `timeout`"
+            )
             return late, late
         if not failures:
             return None
         return "; ".join(f.words() for f in failures), "; ".join(f.sentence() for f in failures)
 
-    def _finals(self, phase: str) -> Iterator[Behaviour]:
-        for path, final in self.run.finals.take():
+    def _finals(self, phase: str, due: Iterable[tuple[str, Final]]) -> Iterator[Behaviour]:
+        for path, final in due:
             yield final.build(Scope(Frame.phase(f"{phase}/{path}", final.names, final.frame)))
         if self.protocol.finally_:
             frame = Frame.phase(phase, self.names, self.main_frame)

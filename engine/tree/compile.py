@@ -402,6 +402,7 @@ class TreeCompiler:
             outputs={name: value_of(raw) for name, raw in protocol.outputs.items()},
             tables=used.survey.tables,
             last=last,
+            last_steps=protocol.finally_,
             on_resume=partial(_on_resume, used.survey, within) if protocol.on_resume else None,
         )
         return Use(self.run, place.scope, inner, plan, other.sequence(protocol.steps, inner))

@@ -1,13 +1,13 @@
 """`use`: the steps of another protocol, with its own parameters, names and `finally`."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from ....schemas.protocol import Param
+from ....schemas.protocol import Param, Step
 from ...language.expression import ExpressionError
 from ...language.value import Value
 from ...params.params import ParamFault, given_value, take
@@ -32,6 +32,7 @@ class UsePlan:
     """The function `csv` of the other protocol, whose files are beside it."""
     last: Callable[[Scope], Behaviour] | None
     """Builds the tree of its `finally`."""
+    last_steps: Sequence[Step]
     on_resume: Callable[[Any, Scope], Behaviour] | None
     """Builds the tree of its `on_resume`, with the compiler of the protocol that is run."""
 
@@ -71,7 +72,7 @@ class Use(Parent):
         self.inner.frame = self.outer.frame.another(self.path, names)
         if self.plan.last is not None:
             before = finals_before(self.run, self.path, replaying=self.replaying)
-            final = Final(self.plan.last, names, self.inner.frame, before)
+            final = Final(self.plan.last, self.plan.last_steps, names, self.inner.frame, before)
             self.run.finals.enter(self.path, final)
         if self.plan.on_resume is not None:
             self.entered = self.path

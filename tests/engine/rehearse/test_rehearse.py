@@ -57,6 +57,23 @@ def test_the_path_is_the_way_that_the_gantry_really_went(tmp_path):
     assert rehearsed(tmp_path, steps).path_mm["gantry"] == pytest.approx(50 + 40 + 30, abs=0.1)
 
 
+@pytest.mark.parametrize(
+    ("steps", "ends"),
+    [
+        ("[{wait: 20 min}, {wait: 1 h}]", ""),
+        ("[{steps: [{repeat: 9, steps: [{wait: 5 min}], timeout: 2 h}]}]", ""),
+        ("[{wait: '${{ params.cool }}'}]", ""),
+        ("[{repeat: 9, steps: [{wait: 5 min}]}]", "finally: not finished within 900 s; a step"),
+    ],
+)
+def test_finally_may_take_what_its_steps_state_and_ten_minutes(tmp_path, steps, ends):
+    main = "params: {cool: {type: quantity, unit: h, default: 3 h}}\nsteps: [{do: gantry.home}]\n"
+    totals = rehearsed(tmp_path, f"{main}finally: {steps}\n")
+
+    assert totals.fate == ("failed" if ends else "succeeded")
+    assert totals.reason.startswith(ends)
+
+
 def test_faults_to_order_show_what_would_happen(tmp_path):
     calm = rehearsed(tmp_path, SCAN)
     totals = rehearsed(tmp_path, SCAN, faults={"libs": {"measure": {"ButtonNotFound": 0.5}}})
