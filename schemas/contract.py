@@ -121,6 +121,10 @@ class Action(Model):
         return RESERVED_ERRORS.get(error, "unknown")
 
 
+LOOK_S = 10.0
+"""A picture between goals may take so long at least."""
+
+
 class Contract(Model):
     """What one kind of device promises, under a name with its major version.
 
@@ -157,6 +161,12 @@ class Contract(Model):
         """Whether such a look can be asked for as seen from straight above: it takes `above`."""
         look = self.look()
         return look is not None and "above" in self.actions[look[0]].param_schemas()
+
+    def look_s(self) -> float:
+        """How long such a picture may take: three times what the contract says it usually takes."""
+        look = self.look()
+        usual_s = self.actions[look[0]].typical_s({}) if look is not None else None
+        return max(LOOK_S, 3 * (usual_s or 0.0))
 
     def keeps(self, contract: str) -> bool:
         """Whether a device of this contract can play a role that needs that one."""

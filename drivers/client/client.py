@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from ...schemas.contract import LOOK_S
 from ...schemas.messages import (
     ENDED,
     DeviceDescription,
@@ -19,7 +20,6 @@ from ...schemas.messages import (
 )
 from ...schemas.model import first_fault
 from ..server.arguments import odd_value
-from ..server.looking import LOOK_S
 from .goal_watch import GoalWatch
 from .lease_keeper import LeaseHeld, LeaseKeeper
 from .link import ANSWER_S, Answer, Link, LinkDown, ServerUnreachable, accepted
@@ -31,7 +31,6 @@ MAX_FILES_BYTES = 60_000_000
 LINK_S = 5.0
 DESCRIBE_S = 10.0
 """A server on a busy machine is slow to describe itself; another kind of server never does."""
-PICTURE_S = LOOK_S + ANSWER_S
 STOPS = 4
 """How often a stop is sent within its time, as long as nobody answers."""
 AGAIN_S = 0.05
@@ -193,14 +192,16 @@ class DeviceClient:
             raise ServerUnreachable(self.url, str(fault)) from fault
         return ServerDescription.model_validate(answer).devices
 
-    async def look(self, device: str, above: bool = False) -> Look:
+    async def look(self, device: str, above: bool = False, within_s: float = LOOK_S) -> Look:
         """What a camera sees now; no goal, so nobody has to hold it and nothing is kept.
+
+        `within_s`: how long its server may take, which is its contract's `look_s`.
 
         Raises NoPicture where it gives none, also while somebody uses it, and ServerUnreachable.
         """
         try:
             asked = {"device": device, **({"above": True} if above else {})}
-            answer = await self._link.call("picture", asked, PICTURE_S)
+            answer = await self._link.call("picture", asked, within_s + ANSWER_S)
         except LinkDown as fault:
             raise ServerUnreachable(self.url, str(fault)) from fault
         if not answer.get("ok"):

@@ -10,9 +10,6 @@ from ...system.tasks import spawn
 from ..driver import ActionFailed, Driver, GoalContext
 from .lease import Refused
 
-LOOK_S = 10.0
-"""How long a look may take, and how long a goal waits for one."""
-
 
 class Looking:
     """Takes pictures with one device, one at a time; all who ask during a look get the same one.
@@ -26,6 +23,7 @@ class Looking:
         self._name = name
         self._driver = driver
         self._how = contract.look()
+        self._look_s = contract.look_s()
         self._sees_above = contract.looks_from_above()
         self._in_use = in_use
         self._looks = 0
@@ -38,6 +36,8 @@ class Looking:
             raise Refused("INVALID", f"{self._name} takes no pictures")
         if above and not self._sees_above:
             raise Refused("INVALID", f"{self._name} takes no pictures from above")
+        loop = asyncio.get_running_loop()
+        until = loop.time() + self._look_s
         if above != self._from_above:
             await self.over()
         if self.task is None or self.task.done():
@@ -47,15 +47,15 @@ class Looking:
             self.task = spawn(
                 f"look with {self._name}", self._look(*self._how, above), expected=(Refused,)
             )
-        done, _ = await asyncio.wait({self.task}, timeout=LOOK_S)
+        done, _ = await asyncio.wait({self.task}, timeout=max(0.0, until - loop.time()))
         if not done or self.task.cancelled():
-            raise Refused("REJECTED", f"{self._name} gave no picture within {LOOK_S:g} s")
+            raise Refused("REJECTED", f"{self._name} gave no picture within {self._look_s:g} s")
         return self.task.result()
 
     async def over(self) -> None:
         """Wait for the end of a look: a camera does one thing at a time."""
         if self.task is not None and not self.task.done():
-            await asyncio.wait({self.task}, timeout=LOOK_S)
+            await asyncio.wait({self.task}, timeout=self._look_s)
 
     async def _look(self, action: str, file: str, above: bool) -> Look:
         self._looks += 1

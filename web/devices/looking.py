@@ -57,7 +57,8 @@ class Looking:
 
     async def _look(self, link: DeviceLink, above: bool) -> Look:
         try:
-            return await link.reachable_client().look(link.name, above)
+            client, within_s = link.reachable_client(), link.contract.look_s()
+            return await client.look(link.name, above, within_s)
         except NoPicture as fault:
             raise Refusal(409, "NO_PICTURE", str(fault)) from fault
         except ServerUnreachable as fault:

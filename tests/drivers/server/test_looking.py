@@ -6,8 +6,7 @@ import pytest
 
 from labrun.drivers.driver import ActionFailed
 from labrun.drivers.server.lease import Refused
-from labrun.drivers.server.looking import LOOK_S
-from labrun.schemas.contract import Contract
+from labrun.schemas.contract import LOOK_S, Contract
 from labrun.schemas.contracts import shipped_contracts
 from labrun.schemas.messages import FileContent
 
@@ -144,6 +143,25 @@ def test_a_picture_from_above_says_where_on_the_bench_it_is():
     assert plain.place is None
     assert above.place.model_dump() == {"left": -5, "right": 20, "front": 0, "back": 7.5}
     assert (plain.file.path, above.file.path) == ("picture.jpg", "picture.png")
+
+
+def test_a_look_from_above_that_comes_after_a_plain_one_ends_in_the_time_of_one(monkeypatch):
+    monkeypatch.setattr(HighCamera, "takes_s", 1000.0)
+    params = PICTURE["params"]
+    high = {**params, "properties": {**params["properties"], "above": {"type": "boolean"}}}
+    slow = {**PICTURE, "params": high, "duration": "8 s"}
+
+    async def told(story):
+        clock = asyncio.get_running_loop().time
+        began = clock()
+        looks = (story.device.look(above=above) for above in (False, True))
+        ends = await asyncio.gather(*looks, return_exceptions=True)
+        return [str(end) for end in ends], clock() - began
+
+    ends, took_s = Story.tell(told, driver=HighCamera, actions={**ACTIONS, "capture": slow})
+
+    assert ends == ["lamp gave no picture within 24 s"] * 2  # three times what the contract says
+    assert took_s == pytest.approx(24, abs=1)
 
 
 def test_what_is_no_camera_says_so():
