@@ -8,7 +8,7 @@ import io
 import os
 import sys
 
-from .exit_status import CTRL_C, FAULT, PROBLEMS
+from .exit_status import CTRL_C, FAULT, PROBLEMS, SUCCEEDED
 
 GROUPS = {
     "Write a protocol": (
@@ -76,14 +76,28 @@ def main() -> None:
     plugins = _plugins() if _asks_more(argv) else {}
     argv = ros_args(arguments(argv, {*COMMANDS, *plugins}))
     try:
-        _run(argv, plugins)
+        status = _status(argv, plugins)
     except KeyboardInterrupt:
-        sys.exit(CTRL_C)
-    except Exception as fault:  # ours, unless nobody reads any more: it is told with its traceback
-        if _reader_is_gone(fault):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            sys.exit(PROBLEMS)
-        sys.exit(_of_the_disk(fault) or _not_installed(argv, fault) or _own_fault())
+        status = CTRL_C
+    except Exception as fault:  # ours: it is told with its traceback
+        status = _of_the_disk(fault) or _not_installed(argv, fault) or _own_fault()
+    sys.exit(status)
+
+
+def _status(argv: list[str], plugins: dict) -> int | str | None:
+    """What a command ends with, whether or not somebody stays to read all of it."""
+    from ..system.output import read_or_not, reader_is_gone
+
+    status: int | str | None = SUCCEEDED
+    with read_or_not():
+        try:
+            _run(argv, plugins)
+        except SystemExit as end:
+            fault = end.__context__
+            if fault is not None and reader_is_gone(fault):  # typer's 1 for it says nothing
+                raise fault from None
+            status = end.code
+    return status
 
 
 def _asks_more(argv: list[str]) -> bool:
@@ -178,12 +192,6 @@ def _show_version(wanted: bool) -> None:
 def _command(name: str):
     module = importlib.import_module(f".commands.{MODULES.get(name, name)}", __package__)
     return getattr(module, MODULES.get(name, name))
-
-
-def _reader_is_gone(fault: Exception) -> bool:
-    from ..system.output import reader_is_gone
-
-    return reader_is_gone(fault)
 
 
 def _of_the_disk(fault: Exception) -> int:

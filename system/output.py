@@ -1,6 +1,7 @@
 """Output that holds nobody up, however long its reader takes."""
 
 import errno
+import os
 import queue
 import sys
 import threading
@@ -19,6 +20,18 @@ def reader_is_gone(fault: BaseException) -> bool:
     if WINDOWS and isinstance(fault, OSError) and fault.errno == errno.EINVAL:
         return fault.filename is None
     return isinstance(fault, BrokenPipeError)
+
+
+@contextmanager
+def read_or_not() -> Iterator[None]:
+    """Within, a reader that has gone, as behind `| head`, ends what is printed, and is no failure."""
+    try:
+        yield
+        sys.stdout.flush()
+    except OSError as fault:
+        if not reader_is_gone(fault):
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class Unhurried:

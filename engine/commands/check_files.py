@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from ...system.output import read_or_not
 from ..check import check_file
 from ..exit_status import PROBLEMS, SUCCEEDED
 from ..problems.print import print_problems
@@ -21,10 +22,11 @@ def check_files(
         ok = ok and checked.ok
         if checked.lab is not None:
             lacking |= checked.lab.lacking(role.device for role in checked.roles.values())
-    print_problems(found, format=format)
-    if not found and format == "text":
-        what = str(files[0]) if len(files) == 1 else f"{len(files)} protocols"
-        print(f"{what}: no problems.")
-    for device, why in lacking.items() if format == "text" else ():
-        print(f"To run it from here: {device} cannot work, since {why}")
+    with read_or_not():
+        print_problems(found, format=format)
+        if not found and format == "text":
+            what = str(files[0]) if len(files) == 1 else f"{len(files)} protocols"
+            print(f"{what}: no problems.")
+        for device, why in lacking.items() if format == "text" else ():
+            print(f"To run it from here: {device} cannot work, since {why}")
     return SUCCEEDED if ok else PROBLEMS

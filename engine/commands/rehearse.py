@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from ...schemas.quantity import UnitError, seconds
+from ...system.output import read_or_not
 from ..check import Checked
 from ..exit_status import FAILED, SUCCEEDED
 from ..journal.gantt import Gantt
@@ -66,11 +67,12 @@ def _rehearse(
         totals = rehearsal.play()
     if sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr)
-    if json:
-        typer.echo(jsonlib.dumps(totals.as_dict(), indent=1))
-    else:
-        for line in lines(totals, rehearsal.real_s):
-            typer.echo(line)
+    with read_or_not():
+        if json:
+            typer.echo(jsonlib.dumps(totals.as_dict(), indent=1))
+        else:
+            for line in lines(totals, rehearsal.real_s):
+                typer.echo(line)
     return SUCCEEDED if totals.fate == "succeeded" else FAILED
 
 

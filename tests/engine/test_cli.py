@@ -141,6 +141,27 @@ def test_arguments_as_ros_launches_its_programs_are_one_option(given, read):
 
 
 @pytest.mark.parametrize(
+    ("words", "status"),
+    [(["devices"], 0), (["check", "good.yaml"], 0), (["check", "bad.yaml"], 2)],
+)
+def test_a_reader_who_leaves_changes_no_exit_status(tmp_path, monkeypatch, words, status):
+    good = "labrun: 1\nname: good\nsteps: [{wait: 1 s}]\n"
+    (tmp_path / "good.yaml").write_text(good, encoding="utf-8")
+    (tmp_path / "bad.yaml").write_text(good + "stepz: []\n", encoding="utf-8")
+    reads, writes = os.pipe()
+    os.close(reads)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(os, "_exit", sys.exit)
+    monkeypatch.setattr("gc.freeze", lambda: None)
+    with os.fdopen(writes, "w", encoding="utf-8") as nobody:
+        monkeypatch.setattr(sys, "stdout", nobody)
+        ended = cli._status(words, {})
+        monkeypatch.undo()
+
+    assert ended == status
+
+
+@pytest.mark.parametrize(
     ("fault", "status", "says"),
     [
         (OSError(errno.EROFS, "Read-only file system", "runs/x"), 2, "labrun: runs/x: Read-only"),
