@@ -24,12 +24,21 @@ class InOrder(Parent):
             step.tick_once()
             if step.status == Status.RUNNING:
                 return
-            if step.status == Status.FAILURE:
-                self.status = self.fail(failure_of(step))
-                return
             self.current += 1
-        self.result = result_of(self.children[-1]) if self.children else None
-        self.status = Status.SUCCESS
+            if step.status == Status.FAILURE and self.ended_by(step):
+                break
+        self.end()
+
+    def ended_by(self, step: Behaviour) -> bool:
+        """A step has failed: whether the rest of them is left out."""
+        self.failure = failure_of(step)
+        return True
+
+    def end(self) -> None:
+        """Its steps are over, or one of them has ended it."""
+        if self.failure is None and self.children:
+            self.result = result_of(self.children[-1])
+        self.status = Status.SUCCESS if self.failure is None else Status.FAILURE
 
     def stop(self, new_status: Status) -> None:
         if new_status == Status.INVALID:
