@@ -116,11 +116,10 @@ class Run:
         return decode(known[path])
 
     def elapsed(self) -> Any:
-        """The time since the run's steps began, by the clock of this computer."""
+        """The time since the run's steps began; a clock that is set in this session makes no difference."""
         assert self.history.started is not None
         began = datetime.fromisoformat(self.history.main_at or self.history.started.at)
-        past_s = (self.clock.time_of_day() - began).total_seconds()
-        return quantity(round(max(0.0, past_s), 3), "s")
+        return quantity(round(max(0.0, self.clock.since(began)), 3), "s")
 
     def record(self, record: j.Record) -> None:
         """Put a record into the journal, durable with the next flush, and learn what it says."""

@@ -275,6 +275,8 @@ class RunSession:
             yield self.compiler.finals(self.protocol.finally_, Scope(frame))
 
     def _begin(self, phase: str) -> None:
+        if phase == "main" and not self.run.history.main_at:
+            self.run.clock.begin()
         self.run.record(j.Phase(phase=phase))
         self.run.tell("phase", phase)
 
