@@ -194,7 +194,7 @@ class Watch(Model):
     def _steps_or_pause(cls, given: Any) -> Any:
         if isinstance(given, dict | list | StepBase) or given == "pause":
             return given
-        raise ValueError("it is a step, a list of steps, or pause")
+        raise ValueError("it is a step such as {fail: it leaks}, a list of steps, or pause")
 
     @property
     def steps(self) -> "list[Step]":

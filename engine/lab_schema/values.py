@@ -62,7 +62,7 @@ def computed(*types: str, says: str, **more: Any) -> Shape:
 
 def names(pattern: str, longest: int, each: Any, **more: Any) -> Shape:
     """A mapping from names to values of the shape `each`."""
-    said = "A name is a letter, then letters, digits and _."
+    said = "A name has letters (a to z), digits and _, and begins with a letter."
     return {
         "type": "object",
         "propertyNames": {"pattern": pattern, "maxLength": longest, "patternErrorMessage": said},

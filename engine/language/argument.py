@@ -79,6 +79,8 @@ def _in_unit(value: Any, unit: str, wanted: Wanted) -> Any:
                 number = f"if {value.strip()} {unit} is meant, write it without quotes"
             else:
                 number = point_for(value.strip()) or f"such as {wanted.param}: 1 {unit}"
+                if value.isidentifier():
+                    number += f", or ${{{{ {value} }}}} for what the name {value} stands for"
             raise wanted.fault(f"{words(value)} is text, {device_wants}", number)
         if (plain := plainly(value, unit)) is not None:
             return plain

@@ -150,7 +150,9 @@ def _grid(inference: "Inference", given: dict[str, Any]) -> Type:
             return inference.fault("E307", f"grid: {name} is missing", f"write {_example('grid')}")
         if axis.kind not in ("list", "any"):
             return inference.fault(
-                "E308", f"grid: {name} is {in_words(axis)}, not a span or a list"
+                "E308",
+                f"grid: {name} is {in_words(axis)}, not a span or a list",
+                f"write {_example('grid')}",
             )
     x, y = given["x"].item or ANY, given["y"].item or ANY
     return Type("list", item=fields(x=x, y=y, ix=INTEGER, iy=INTEGER, index=INTEGER))

@@ -18,7 +18,7 @@ from ...schemas.protocol import (
 )
 from .shape import Place, keys_of, kind_words, shape_problems
 from .source import Source
-from .suggest import MEANT, closest, listed
+from .suggest import INSTEAD, MEANT, closest, listed
 from .yaml_node import shown
 
 KINDS: dict[str, type[StepBase]] = {kind.KIND: kind for kind in STEP_KINDS}
@@ -241,7 +241,9 @@ def _no_keyword(data: dict[str, Any], source: Source, place: Place) -> Problem:
             near = closest(key, KINDS)
             message = f"unknown keyword {key!r}" + (f"; did you mean {near}?" if near else "")
             hint = f"a step has one of {', '.join(KINDS)}"
-            if begun := _with_its_keyword(key):
+            if instead := INSTEAD.get(key.casefold()):
+                message, hint = f"unknown keyword {key!r}", instead
+            elif begun := _with_its_keyword(key):
                 hint = begun
             elif ACTION.fullmatch(key):
                 message = f"an action is named by `do`, not as the key {key!r}"

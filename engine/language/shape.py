@@ -1,6 +1,7 @@
 """Translate pydantic's validation errors into problems at their places."""
 
 import re
+import unicodedata
 from collections.abc import Iterable, Mapping, Sized
 from typing import Any, get_args, get_origin
 
@@ -8,11 +9,11 @@ from pydantic import BaseModel, ValidationError
 
 from ...schemas.lab import Lab
 from ...schemas.problem import Problem
-from ...schemas.protocol import Group, StepBase
+from ...schemas.protocol import STEP_KINDS, Group, StepBase
 from ...schemas.quantity import QUANTITY
 from .operators import words
 from .source import Source
-from .suggest import closest, did_you_mean, listed
+from .suggest import INSTEAD, closest, did_you_mean, listed
 from .yaml_characters import odd_characters
 from .yaml_traps import NO_BRACKETS
 
@@ -38,13 +39,14 @@ WANTED = {
     "list_type": "a list",
     "none_required": "nothing",
 }
-NAME = "a name: a letter, then letters, digits and _"
+NAME = "a name of letters (a to z), digits and _ that begins with a letter"
+PROTOCOL_NAME = "a name of letters (a to z), digits, spaces, _ . and -"
 FORMS = {
     r"^[A-Za-z][A-Za-z0-9_]*$": NAME,
     r"^[A-Za-z_][A-Za-z0-9_]*$": NAME,
     r"^[a-z][a-z0-9_]*@[0-9]+$": "a contract with its version, such as gantry@1",
     r"^[A-Za-z][A-Za-z0-9_]*\.[A-Za-z_][A-Za-z0-9_]*$": "role.action, such as gantry.home",
-    r"^[A-Za-z0-9][A-Za-z0-9 _.-]*$": "a name of letters, digits, spaces, _ . and -",
+    r"^[A-Za-z0-9][A-Za-z0-9 _.-]*$": PROTOCOL_NAME,
     r"^https?://[^/\s]+/?$": "an address such as http://10.0.0.7:4101",
 }
 WRITTEN = {
@@ -60,9 +62,26 @@ WRITTEN = {
     "keep_going": "such as keep_going: {in_a_row: 3}",
     "retry": "such as retry: 3",
     "until": "such as until: {do: state, busy: false}",
+    "repeat": "such as repeat: 3; `while: ${{ ... }}` repeats as long as a condition holds",
+    "on_error": "such as on_error: continue; `retry: {attempts: 3, on: [Timeout]}` tries again after these",
+    "choices": "such as choices: [good, bad]",
+    "confirm": "such as confirm: The door is closed",
     "watch": 'such as watch: [{when: "${{ status.floor.wet }}", then: pause}]',
 }
 """How what is often written otherwise is written."""
+SPELT = str.maketrans(
+    {
+        "ä": "ae",
+        "ö": "oe",
+        "ü": "ue",
+        "Ä": "Ae",
+        "Ö": "Oe",
+        "Ü": "Ue",
+        "ß": "ss",
+        "ø": "o",
+        "æ": "ae",
+    }
+)
 OF_GROUPS = Group.model_fields.keys() - StepBase.model_fields.keys() - {"steps"}
 Place = tuple[str | int, ...]
 Found = dict[Place, list[dict[str, Any]]]
@@ -195,7 +214,16 @@ def _problem(
             message = f"unknown key {name!r}: it belongs to a group"
             hint = f"put a group around this step: `steps: [...]` with `{name}`"
             return source.problem((*place, *path), "E110", message, hint, key=True)
+        of_step = issubclass(model, StepBase) and len(path) == 1
+        instead = INSTEAD.get(name.casefold()) if of_step else None
+        of = [kind.KIND for kind in STEP_KINDS if of_step and name in keys_of(kind)]
         message = f"unknown key {name!r}{did_you_mean(name, allowed)}"
+        if instead:
+            return source.problem(
+                (*place, *path), "E110", f"unknown key {name!r}", instead, key=True
+            )
+        if of and message.endswith("'"):
+            message += f": it belongs to a step with {listed(of, last='or')}"
         if len(beside) > 1 and name == beside[0]:
             message = f"unknown keys {listed(repr(key) for key in beside)}"
         hint = f"allowed here: {', '.join(allowed)}" if allowed else ""
@@ -204,7 +232,8 @@ def _problem(
         return source.problem((*place, *path), "E110", message, hint, key=True)
     if "missing" in kinds:
         around = (*place, *path[:-1])
-        return source.problem(around, "E111", f"the key {name!r} is missing", key=bool(path[:-1]))
+        message, way = f"the key {name!r} is missing", WRITTEN.get(name, "")
+        return source.problem(around, "E111", message, way, key=bool(path[:-1]))
     value = at(data, path)
     message = _says(name, errors, value).removeprefix(": ")
     at_key = any("[key]" in str(part) for error in errors for part in error["loc"])
@@ -219,8 +248,11 @@ def _way_on(path: Place, message: str, value: Any) -> str:
     if not path:  # all of it: two keys that do not go together
         return ""
     if message.endswith(NAME) and isinstance(value, str):
-        plain = re.sub(r"[\W_]+", "_", value, flags=re.ASCII).strip("_")
+        plain = re.sub(r"[\W_]+", "_", _without_accents(value), flags=re.ASCII).strip("_")
         return f"write {plain}" if re.match(r"[A-Za-z]", plain) else ""
+    if message.endswith(PROTOCOL_NAME) and isinstance(value, str):
+        plain = re.sub(r"[^\w .-]+", " ", _without_accents(value), flags=re.ASCII).strip(" .-_")
+        return f"write {plain}" if plain else ""
     if path[-1] == "id" and isinstance(value, int):
         return f"write step_{value}: {NAME}"
     if len(path) == 2 and path[0] == "params" and not isinstance(value, dict | list):
@@ -231,6 +263,10 @@ def _way_on(path: Place, message: str, value: Any) -> str:
         )
     if isinstance(value, str) and (call := re.match(r"(\w+\.\w+)\s*\(", value)):
         return f"write `do: {call[1]}`, and its parameters under `with`"
+    if path == ("foreach",) and isinstance(value, dict) and len(value) > 1:
+        return (
+            'a loop within the other, or all pairs: foreach: {p: "${{ grid(x=[...], y=[...]) }}"}'
+        )
     if path[-1] == "do" and isinstance(value, list):
         return "one action each step; `parallel: [...]` begins several together"
     if path[-2:-1] in (("params",), ("returns",)) and isinstance(value, str):
@@ -238,6 +274,12 @@ def _way_on(path: Place, message: str, value: Any) -> str:
     if "needs a list" in message and isinstance(value, str) and " " not in value.strip():
         return f"write `- do: {value}` below it" if "." in value else f"write [{value}]"
     return WRITTEN.get(_name(path), "")
+
+
+def _without_accents(text: str) -> str:
+    """`Größe` as `Groesse`, `étape` as `etape`."""
+    spelt = text.translate(SPELT)
+    return "".join(c for c in unicodedata.normalize("NFKD", spelt) if not unicodedata.combining(c))
 
 
 def _way_on_in_lab(path: Place, message: str, value: Any) -> str:
@@ -265,6 +307,8 @@ def _declared(value: Any) -> str:
     """The declaration of a parameter of which only the default was written."""
     if isinstance(value, str) and (match := QUANTITY.match(value)):
         return f"type: quantity, unit: {match[2]}, default: {value.strip()}"
+    if isinstance(value, str) and re.fullmatch(r"[0-9]+(?:_[0-9]+)+", value):
+        value = int(value)  # with marks between its thousands
     kinds = {bool: "boolean", int: "integer", float: "number", str: "string"}
     return f"type: {kinds[type(value)]}, default: {words(value)}"
 
@@ -298,7 +342,7 @@ def _one(error: dict[str, Any]) -> str:
     kind, context, value = error["type"], error.get("ctx", {}), error.get("input")
     if kind in ("literal_error", "enum"):
         expected = str(context.get("expected", "")).replace("'", "")
-        return f"{words(value)} is not one of {expected}{_guess(value, expected)}"
+        return f"{kind_words(value)} is not one of {expected}{_guess(value, expected)}"
     if kind == "string_pattern_mismatch":
         form = FORMS.get(context.get("pattern", ""), f"text like {context.get('pattern')}")
         return f"{words(value)} is not {form}"

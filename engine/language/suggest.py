@@ -14,7 +14,8 @@ MEANT = {
     "elif": "else if", "elseif": "else if", "otherwise": "else",
     "for": "foreach", "loop": "foreach", "until": "while",
     "inputs": "params", "returns": "outputs", "vars": "set", "variables": "set",
-    "print": "log", "echo": "log", "message": "log", "try": "steps",
+    "print": "log", "echo": "log", "message": "log",
+    "ignore": "continue", "skip": "continue", "abort": "stop", "fail": "stop", "raise": "stop",
     "as": "id", "register": "id", "save": "id", "save_as": "id", "store": "id",
     "cmd": "send write query", "command": "do send write query", "type": "driver", "unit": "returns",
     "async": "mode", "background": "mode",
@@ -26,10 +27,23 @@ MEANT = {
     "sonst": "else", "sinon": "else",
     "race": "any", "together": "parallel",
     "version": "labrun", "protocol": "name",
+    "choice": "string", "choices": "enum", "options": "enum", "values": "enum",
     "float": "number", "double": "number", "int": "integer", "str": "string", "text": "string",
     "bool": "boolean", "list": "array", "length": "quantity", "duration": "quantity",
 }  # fmt: skip
 """Words from other languages for what has a different name here, or one of two."""
+
+
+INSTEAD = {
+    "finally": "`finally` belongs to the protocol: write it in the first column, beside `steps`",
+    "every": "steps with `watch: [{every: 10 s, when: ..., then: ...}]` are looked after while they run; "
+    "`while` with a `wait` among its steps does them again and again",
+    "elif": "write `else: [{if: ..., then: [...]}]`",
+    "elseif": "write `else: [{if: ..., then: [...]}]`",
+    "try": "a step has its own `fallback: [...]`, which runs where it fails, and its own `retry: 3`",
+    "until": "`while: ${{ ... }}` has the condition under which it goes on",
+}
+"""What is written in place of a key that other languages have, where that is more than another word."""
 
 
 def closest(name: str, options: Iterable[str]) -> str | None:

@@ -158,7 +158,7 @@ def _warning(code: str, message: str, node: Node, hint: str) -> YamlFault:
 
 def value_hint(node: Node, raw: str, message: str) -> str:
     """A hint about how a value of the wrong kind is written; or nothing."""
-    if node.members and TEXT.search(message) and len(node.members) == 1:
+    if node.members and TEXT.search(message) and len(node.members) == 1 and "number" not in message:
         return "`: ` makes what is before it a key; put text that contains it in quotes"
     if node.members and "a list" in message and all(key[0] == "-" for key in node.members if key):
         return odd_characters(next(iter(node.members))) or "a space is missing after the `-`"
@@ -175,9 +175,15 @@ def value_hint(node: Node, raw: str, message: str) -> str:
         return _read_as_text(node, node.value.strip(), message)
     if not node.plain or not raw:
         return ""
-    if TEXT.search(message) and "number or text" not in message:
+    asks = message.startswith("confirm ") and isinstance(node.value, bool)
+    if TEXT.search(message) and "number or text" not in message and not asks:
         return f"`{shown(raw)}` without quotes is not text; write '{shown(raw)}'"
-    if isinstance(node.value, float) and node.value.is_integer() and "." not in raw:
+    if (
+        isinstance(node.value, float)
+        and node.value.is_integer()
+        and "." not in raw
+        and "needs keys" not in message
+    ):
         return f"`{raw}` is read as a number with a fraction; write {node.value:.0f}"
     return ""
 
@@ -234,6 +240,8 @@ def _range_or_name(text: str, message: str) -> str:
     if match := SHELL.fullmatch(text):
         name = match[1]
         return f"write ${{{{ {name} }}}} for its value, ${{{{ params.{name} }}}} for a parameter's"
+    if "the device wants" in message and (match := LONE.fullmatch(text)):
+        return f"write ${{{{ {match[1]} }}}} for its value"
     return ""
 
 
@@ -253,10 +261,12 @@ def _bounds(node: Node) -> tuple[str, str, str] | None:
 
 
 def _plain_text(text: str, message: str) -> str:
-    if (truth := TRUTHS.get(text.lower())) and not re.search(
-        "(?<!keep_going )needs keys|whole number", message
-    ):
+    declares = re.search("(?<!keep_going )needs keys", message)
+    of_other_kind = declares or re.search("whole number|device wants (?!.*true or false)", message)
+    if (truth := TRUTHS.get(text.lower())) and not of_other_kind:
         return f"YAML 1.2 reads `{text}` as text; write {truth}"
+    if declares and not NAMED.fullmatch(text):
+        return ""
     if match := SIXTIES.fullmatch(text):
         total = int(match[1])
         for part in match[2][1:].split(":"):
