@@ -10,7 +10,7 @@ from ..serial_io.open_port import open_exclusively
 from .answers import BadAnswer, NoNumber, value
 from .bridge import Bridge, Values, doubtful
 from .lines import NoAnswer
-from .modbus_config import REFUSALS, ModbusAction, ModbusConfig, Register
+from .modbus_config import REFUSALS, ModbusAction, ModbusConfig, Register, of_manual
 from .resource import read_resource
 from .template import filled, written
 
@@ -168,6 +168,8 @@ class Modbus(Bridge):
         if known := self.named(said, code, ""):
             error, happened, meaning = known[0], known[1].happened, known[1].summary
         told = f"{words} and refused with exception {code}: {meaning}"
+        if error == "IllegalAddress" and (other := of_manual(address)):
+            told += f"; the {address} of a manual is {{{other}}} here"
         raise ActionFailed(error, told, happened)
 
 

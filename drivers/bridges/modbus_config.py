@@ -33,7 +33,18 @@ KINDS = {
 }  # fmt: skip
 """How the bytes of a register are written."""
 TABLES = ("holding", "input", "coil", "discrete")
+OF_MANUALS = {"0": "coil", "1": "discrete", "3": "input", "4": "holding"}
+"""The first digit by which manuals number the registers of a table, from 1."""
 Address = Annotated[int, Field(ge=0, le=65535)]
+
+
+def of_manual(number: object) -> str:
+    """`holding: 0` for the 40001 or 400001 of a manual; empty for another number."""
+    digits = str(number)
+    table = OF_MANUALS.get(digits[:1])
+    if table is None or len(digits) not in (5, 6) or not digits.isdecimal() or not int(digits[1:]):
+        return ""
+    return f"{table}: {int(digits[1:]) - 1}"
 
 
 class Register(Model):
@@ -54,6 +65,16 @@ class Register(Model):
     unit: int | None = Field(default=None, ge=0, le=255)
     nothing: list[int] | None = None
     """Raw values that stand for no value, such as 32767 for a probe that is not plugged in."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_manuals_number(cls, data: Any) -> Any:
+        given = {None: data} if not isinstance(data, dict) else {t: data.get(t) for t in TABLES}
+        for table, number in given.items():
+            said = of_manual(number)
+            if said and (table is None or not (isinstance(number, int) and number <= 65535)):
+                raise ValueError(f"{number} of a manual is {{{said}}} here: addresses count from 0")
+        return data
 
     @model_validator(mode="after")
     def _one_table(self) -> "Register":

@@ -4,6 +4,7 @@ import asyncio
 
 import pytest
 
+from labrun.drivers.bridges.modbus_config import Register
 from labrun.drivers.driver import ActionFailed, GoalContext
 
 DEGREES = {"type": "number", "unit": "degC"}
@@ -21,7 +22,7 @@ REGISTERS = {
     "portion": {"holding": 22, "type": "bcd16"},
     "tens": {"holding": 22, "bits": [4, 7]},
     "letters": {"input": 8, "type": "bcd16"},
-    "nowhere": {"holding": 500},
+    "nowhere": {"holding": 40001},
     "other": {"input": 0, "unit": 2},
     "start": {"coil": 0},
     "door": {"discrete": 0},
@@ -144,7 +145,7 @@ def test_one_that_writes_only_several_registers_is_written_so(peer, once):
 def test_refusals_have_names(peer, once):
     said = config(peer("modbus_peer.py").where)
     with pytest.raises(
-        ActionFailed, match=r"read holding registers 500 \(nowhere\).*exception 2"
+        ActionFailed, match=r"registers 40001 \(nowhere\).*exception 2.*a manual is \{holding: 0\}"
     ) as lost:
         once("modbus", said, "lost")
     with pytest.raises(ActionFailed, match="broken: it answered 'nan': it has no number") as nan:
@@ -226,3 +227,9 @@ def test_what_does_not_fit_is_said(once, change, words):
     said = {**config("127.0.0.1:9"), "actions": {**ACTIONS, **change}}
     with pytest.raises(ValueError, match=words):
         once("modbus", said, "temperature")
+
+
+@pytest.mark.parametrize("number", [40001, "40001", {"holding": 400001}, {"input": "40001"}])
+def test_a_register_by_its_number_in_a_manual_is_told_its_address(number):
+    with pytest.raises(ValueError, match=r"0001 of a manual is \{holding: 0\} here"):
+        Register.model_validate(number)
