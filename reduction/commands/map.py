@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from .run_name import or_run
 from .words import FAILED, PROBLEMS, counted, say, symbols
 
 if TYPE_CHECKING:
@@ -16,7 +17,8 @@ COLUMNS = 7  # elements in the printed table
 
 def map(
     folder: Annotated[
-        Path, typer.Argument(metavar="DIR", help="A run folder, or a folder of tables.")
+        Path,
+        typer.Argument(metavar="DIR", help="A run, by its folder or name, or a folder of tables."),
     ],
     out: Annotated[
         Path | None, typer.Option("-o", "--out", help="Output folder; DIR/maps by default.")
@@ -49,6 +51,7 @@ def map(
     from ..mapping.folder import map_folder
     from ..maps.points.scales import SCALES
 
+    folder = or_run(folder)
     if scale not in SCALES or format not in FORMATS:
         wrong = ("--scale", scale, SCALES) if scale not in SCALES else ("--format", format, FORMATS)
         say(f"{wrong[0]} {wrong[1]}: choose one of {', '.join(wrong[2])}")

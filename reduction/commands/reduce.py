@@ -10,7 +10,9 @@ from .words import Calibrated, Closure, KnownResponse, OwnLines
 Given = Annotated[
     list[Path],
     typer.Argument(
-        help="Spectra, folders of spectra, or a run.", metavar="FILE_OR_DIR...", show_default=False
+        help="Spectra, folders of spectra, or a run, also by its name or `last`.",
+        metavar="FILE_OR_DIR...",
+        show_default=False,
     ),
 ]
 Out = Annotated[
@@ -80,9 +82,10 @@ def reduce(
     with the reason.
     """
     from .reducing import Asked, reduce_asked
+    from .run_name import or_run
 
     asked = Asked(
-        files, out, elements, medium, unit, columns, lines, response, calibration, closure, jobs, dask,
-        watch, until_idle, figures,
+        [or_run(path) for path in files], out, elements, medium, unit, columns, lines, response,
+        calibration, closure, jobs, dask, watch, until_idle, figures,
     )  # fmt: skip
     raise typer.Exit(reduce_asked(asked))

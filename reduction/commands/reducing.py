@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .run_name import RUNS
 from .say import CTRL_C, FAILED, NOT_REACHED, PARTLY, PROBLEMS, TERMINATED, say
 from .words import calibration, closure, columns, known_response, own_lines
 
@@ -130,7 +131,7 @@ def _settings(asked: Asked) -> Any:
 
     for path in asked.files:
         if not path.exists():
-            raise WrongUsage(f"{path} does not exist")
+            raise WrongUsage(f"{path} does not exist, and no run in {RUNS} is called so")
     if asked.medium not in (None, *MEDIA):
         raise WrongUsage(f"--medium {asked.medium}: choose air or vacuum")
     if asked.unit not in (None, *UNITS):

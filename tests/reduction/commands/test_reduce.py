@@ -117,7 +117,7 @@ def test_a_single_file_in_angstrom_is_reduced(spectra, shots):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["missing"], "missing does not exist"),
+        (["missing"], "missing does not exist, and no run in runs is called so"),
         (["."], "no spectrum found in ."),
         ([".", "--jobs", "0"], "--jobs 0: at least one"),
         ([".", "--medium", "oil"], "choose air or vacuum"),
