@@ -1,6 +1,7 @@
 """`labrun new NAME`: a commented protocol to start from; `labrun new device NAME`: a driver."""
 
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -189,6 +190,8 @@ def _write(path: Path, text: str) -> None:
     except FileExistsError:
         raise CannotMake(f"{path} already exists; choose another name, or move it away") from None
     except OSError as fault:
+        with suppress(OSError):
+            path.unlink()  # where the disk is full, an empty one is there
         raise CannotMake(f"{path} cannot be written: {fault.strerror or fault}") from None
 
 
