@@ -193,8 +193,7 @@ class Env:
         if name in self.survey.params:
             return Fault("E302", f"there is no name {name}; did you mean params.{name}?")
         guess = did_you_mean(name, [*known, "params", "steps"])
-        roles = self.survey.protocol.devices
-        if name in roles:
+        if name in self.survey.roles:
             way = f"what a device tells is status.{name}.FIELD, and what an action returned steps.ID.FIELD"
             return Fault("E302", f"there is no name {name}: it is a role", way)
         way = f"a unit stands behind a number: 1 {name}" if name in (*PLAIN, *COMMON) else ""
