@@ -39,6 +39,8 @@ def _when(data: ReportData) -> Iterator[str]:
         more.append(f"pauses of {duration(spans.paused_s)}")
     takes = f"It worked for {duration(spans.running_s - spans.paused_s)}"
     yield f"{takes}, with {' and '.join(more)}." if more else f"{takes}."
+    if spans.set_back_s >= 1:
+        yield f"Meanwhile the computer's clock was set back by {duration(spans.set_back_s)}."
 
 
 def _procedure(data: ReportData) -> Iterator[str]:

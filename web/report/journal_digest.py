@@ -51,7 +51,7 @@ def _read(digest: JournalDigest, record: j.JournalRecord) -> None:
         )
     life = digest.spans.lives[-1]
     if not isinstance(record, j.Redo | j.Changed):  # a resume writes these before its own record
-        life.ended = record.at
+        life.goes_on(record.at)
     match record:
         case j.GoalSent():
             digest.outcomes.sent(record)

@@ -3,12 +3,15 @@
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from .formatting import seconds_between
+from .formatting import local_time, seconds_between
 
 
 @dataclass(slots=True)
 class EngineSpan:
-    """One engine session of a run; `under_way` goals had no end in the journal when it ended."""
+    """One engine session of a run; `under_way` goals had no end in the journal when it ended.
+
+    `set_back_s`: by how much the computer's clock was set back in it.
+    """
 
     number: int
     began: str
@@ -19,11 +22,19 @@ class EngineSpan:
     goals: int = 0
     under_way: int = 0
     torn: int = 0
+    set_back_s: float = 0.0
 
     @property
     def seconds(self) -> float:
         """From its first record to its last."""
-        return seconds_between(self.began, self.ended)
+        shown = (local_time(self.ended) - local_time(self.began)).total_seconds()
+        return max(0.0, shown + self.set_back_s)
+
+    def goes_on(self, at: str) -> None:
+        """Its newest record was written then."""
+        if at and at < self.ended:
+            self.set_back_s += seconds_between(at, self.ended)
+        self.ended = at
 
 
 @dataclass(slots=True)
@@ -58,6 +69,12 @@ class Spans:
     def away_s(self) -> float:
         """The time between engine sessions."""
         return sum(seconds_between(a.ended, b.began) for a, b in pairwise(self.lives))
+
+    @property
+    def set_back_s(self) -> float:
+        """By how much the computer's clock was set back from the first session to the last."""
+        between = sum(seconds_between(b.began, a.ended) for a, b in pairwise(self.lives))
+        return between + sum(life.set_back_s for life in self.lives)
 
     def pause(self, at: str, by: str) -> None:
         """A pause begins."""

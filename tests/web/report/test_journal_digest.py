@@ -65,6 +65,15 @@ def test_lives_interruptions_and_pauses_have_their_lengths(folder, teller):
     assert digest.spans.holds[0].ended_by == "continue by another shell"
 
 
+def test_a_clock_that_is_set_back_shortens_no_session_and_is_told(folder, teller):
+    teller.started().after(60).sent("main/a").after(-3600).ended("main/a").after(30).sent("main/b")
+    teller.after(-7200).tell(j.Resumed(count=1, labrun="0.2.0")).ended("main/b").finished()
+
+    spans = read_digest(folder).spans
+    assert spans.lives[0].seconds == pytest.approx(90, abs=0.1)
+    assert spans.set_back_s == pytest.approx(3600 + 7200, abs=0.1)
+
+
 def test_the_time_before_holes_are_measured_again_is_without_an_engine(folder, teller):
     teller.started().worked("main/a").finished().after(600)
     teller.tell(j.Redo(by="Ada", pass_number=2, iterations=["main/scan/3"]))
