@@ -52,7 +52,8 @@ CLI = """\
 
 `labrun COMMAND --help` says the same at a terminal. `labrun FILE` means `labrun run FILE`. Exit status:
 0 succeeded, 1 failed or aborted, 2 problems in a file or wrong usage, 4 a device could not be reached,
-70 an internal error in labrun, 130 Ctrl-C. A reader who has enough, as in `labrun runs | head -1`, changes none of these.
+70 an internal error in labrun, 130 Ctrl-C. A reader who has enough, as in `labrun runs | head -1`,
+changes none of these.
 """
 
 
