@@ -30,6 +30,11 @@ class Report:
             self.state in ("Hold", "Door") and self.part == 0
         )
 
+    @property
+    def braking(self) -> bool:
+        """True while it comes to a hold."""
+        return (self.state, self.part) in (("Hold", 1), ("Door", 2))
+
 
 class ReportReader:
     """Remembers work offset and overrides, which only every tenth to thirtieth report contains.

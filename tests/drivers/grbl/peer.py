@@ -27,7 +27,12 @@ SETTINGS = {
     120: 150.0, 121: 150.0, 122: 150.0, 130: 810.0, 131: 730.0, 132: 90.0,
 }  # fmt: skip
 BOOT_S, SWALLOW_S = 1.2, 0.5
+PREPARED_S = 0.06  # of the way is out of the planner, in six segments that nothing changes any more
 RX, PLANNER = 128, 15
+HAL_SAYS = (
+    "AXS:3:XYZ", "NEWOPT:ENUMS,RT+,HOME,TC,SED", "FIRMWARE:grblHAL", "SIGNALS:D",
+    "NVS STORAGE:*EEPROM", "DRIVER:Simulator", "DRIVER VERSION:260324",
+)  # fmt: skip
 AXES = "XYZ"
 
 
@@ -62,8 +67,11 @@ class Peer:
         self.stands = []  # (wall clock, true position) after each stretch
         self.overrun = 0
         self.hit_at = None  # machine X at which a limit switch is hit
+        self.held_late = False  # its hold button is pressed in the last moment of the next move
         self.silent = False
-        self.homing_fails = False
+        self.homing_fails = (
+            0  # 9: it finds no switch along one and a half times its travel; 8: stuck
+        )
         self.eats_ok_of = None  # a line whose next `ok` is lost
         self.refuses = {}  # line -> the error that it answers instead of obeying
         self.reset_at = None  # machine X at which its reset button is pressed, and held
@@ -153,6 +161,7 @@ class Peer:
         self.homing_until = None
         self.target = list(self.steps)
         self._braking = None
+        self._ends_held = False
         self._soft_trip = None
         self._answer_later = None
 
@@ -468,10 +477,11 @@ class Peer:
         return False
 
     def _when_still(self, codes, values, text):
-        """`G4` and `G10 L20` wait until all earlier motion has ended."""
-        if self.move or self.queue or (self.state != "Idle" and self.state != "Run"):
-            return False
-        self.state = "Idle"
+        """`G4` and `G10 L20` wait until all earlier motion has ended, or is held and out of the planner."""
+        if not (self._ends_held and self.state == "Hold:1"):
+            if self.move or self.queue or self.state not in ("Idle", "Run"):
+                return False
+            self.state = "Idle"
         if 10 in codes:
             for axis in set(values) & set(AXES):
                 i = AXES.index(axis)
@@ -513,8 +523,8 @@ class Peer:
             kind = "4.0 FluidNC v4.0.5" if self.fluid else f"1.1{'f' if self.hal else 'h'}.20190830"
             self.say(f"[VER:{kind}:]")
             self.say(f"[OPT:{letters},35,1024,3,0]" if self.hal else f"[OPT:{letters},15,128]")
-            if self.hal:
-                self.say("[FIRMWARE:grblHAL]")
+            for name in HAL_SAYS if self.hal else ():
+                self.say(f"[{name}]")
             return self._ok(text)
         if line == "$SLP":
             self.say("[MSG:Sleeping]")
@@ -549,8 +559,13 @@ class Peer:
         self.homing_until = None
         self.motions[-1][1] = time.time()
         if self.homing_fails:
-            self.say("ALARM:9")
-            self.say("ok")
+            way = 1 if not int(self.settings[23]) >> 2 & 1 else -1
+            by = 1.5 * self.settings[132] if self.homing_fails == 9 else -self.settings[27]
+            self.steps[2] += round(way * by * self.settings[102])
+            self.stands.append((time.time(), self.place))
+            self.say(f"ALARM:{self.homing_fails}")
+            if not self.hal:
+                self.say("ok")
             self.state = "Alarm"
             self._clear()
             self._banner()
@@ -621,6 +636,9 @@ class Peer:
                     self._braked(move, state)
                     return
             self._set(move.point(way))
+            if self.held_late and self._is_prepared():
+                self.held_late = False
+                self._brake("Hold")
             if self.hit_at is not None and self.place[0] >= self.hit_at:
                 self._alarm(1)
             elif self.reset_at is not None and self.place[0] >= self.reset_at:
@@ -629,6 +647,8 @@ class Peer:
             elif way >= move.length:
                 self.steps = list(self._end)
                 self._stand()
+                if self._ends_held:
+                    self.state, self._ends_held = "Hold:0", False
         elif self._braking is not None:
             state, self._braking = self._braking[1], None
             self.state = state if state == "Idle" else f"{state}:0"
@@ -662,8 +682,18 @@ class Peer:
             self.stands.append((time.time(), self.place))
         self._braking = None
 
+    def _is_prepared(self):
+        """Whether its planner has nothing more of what moves."""
+        if self.move is None or self.queue:
+            return False
+        move, began = self.move
+        return move.duration_s - (self.now() - began) < PREPARED_S
+
     def _brake(self, state):
-        self._braking = (self.now(), state)
+        if state == "Hold" and self._is_prepared():
+            self._ends_held = True
+        else:
+            self._braking = (self.now(), state)
         if state != "Idle":
             self.state = f"{state}:1"
 

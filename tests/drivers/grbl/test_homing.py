@@ -34,17 +34,30 @@ def test_while_it_homes_it_is_not_asked_and_says_so(peers, gantry, played):
     assert (status["state"], status["homed"]) == ("homing", False)
 
 
-def test_an_alarm_of_homing_is_a_failure_though_an_ok_follows(peer, gantry, played):
-    peer.homing_fails = True
+@pytest.mark.parametrize("hal", [False, True])
+@pytest.mark.parametrize(
+    ("code", "words", "went"),
+    [(9, "did not find the limit switch", 135.0), (8, "could not get off the limit switch", -5.0)],
+)
+def test_a_switch_that_is_not_found_or_is_stuck_fails_homing_until_it_is_mended(
+    peers, gantry, played, code, words, went, hal
+):
+    peer = peers(hal=hal)  # GRBL itself says `ok` after the alarm
+    peer.homing_fails = code
 
     async def story(driver):
-        with pytest.raises(ActionFailed, match=r"HomingFailed: .*ALARM:9: homing did not find"):
+        with pytest.raises(ActionFailed, match=rf"HomingFailed: .*ALARM:{code}: homing {words}"):
             await driver.home(GoalContext("h"))
-        return await driver.status()
+        failed, place = await driver.status(), peer.place[2]
+        peer.homing_fails = 0
+        await driver.home(GoalContext("again"))
+        return failed, place, await driver.status()
 
-    status = played(gantry(peer), story, homed=False)
+    failed, place, after = played(gantry(peer), story, homed=False)
 
-    assert (status["state"], status["homed"]) == ("alarm", False)
+    assert (failed["state"], failed["homed"]) == ("alarm", False) and "z" not in failed
+    assert place == pytest.approx(went, abs=0.005)
+    assert (after["state"], after["homed"], after["alarm"]) == ("idle", True, "")
 
 
 def test_homing_that_is_switched_off_says_how_to_go_on(peers, gantry, played):

@@ -250,7 +250,7 @@ def test_an_error_stops_the_queue_and_unlock_clears_it(peer, played):
 
 
 def test_homing_that_fails_says_why(peer, played):
-    peer.homing_fails = True
+    peer.homing_fails = 9
 
     async def story(driver, control):
         with pytest.raises(ActionFailed, match=r"HomingFailed: .*ALARM:9"):
