@@ -79,10 +79,11 @@ async def _options(controller: Controller) -> str:
         told = await controller.ask("$I", OPTIONS_S)
     except (Refused, Silent):
         return ""
-    version = " ".join(line for line in controller.overheard if line.startswith("[VER:"))
-    if not controller.firmware and (found := VERSION.search(version)):
+    heard = " ".join(controller.overheard)
+    if not controller.firmware and (found := VERSION.search(heard)):
         # By telnet or WebSocket, and on many boards' own USB, it does not boot, and says no banner.
-        controller.firmware = found["fluid"] or f"Grbl {found['grbl']}"
+        kind = "grblHAL" if "[FIRMWARE:grblHAL]" in heard else "Grbl"
+        controller.firmware = found["fluid"] or f"{kind} {found['grbl']}"
     return next((text.split(",")[0] for text in told if "," in text), "")
 
 

@@ -84,7 +84,7 @@ class Controller:
         self.reports_heard = 0
         self.boots = 0
         self.heard_at = 0.0
-        self.overheard: deque[str] = deque(maxlen=5)
+        self.overheard: deque[str] = deque(maxlen=12)  # grblHAL says nine of itself
         self.stopping: asyncio.Task[None] | None = None
         self.on_alarm: Callable[[], None] = lambda: None
         self.on_report: Callable[[], None] = lambda: None

@@ -88,13 +88,19 @@ def test_a_board_that_does_not_boot_when_its_port_is_opened_is_found_by_its_repo
     assert "18" in peer.heard
 
 
-def test_one_that_is_locked_as_well_is_named_by_its_version(peers, gantry, played):
+@pytest.mark.parametrize(
+    ("hal", "named"), [(False, "Grbl 1.1h.20190830"), (True, "grblHAL 1.1f.20190830")]
+)
+def test_one_that_says_no_banner_is_named_by_its_version(peers, gantry, played, hal, named):
+    peer = peers(hal=hal, boots_on_open=False)
+    peer.state = "Alarm"  # a stop would make it boot
+
     async def story(driver):
-        return driver.controller.firmware
+        return driver.controller.firmware, driver.controller.kind.name
 
-    firmware = played(gantry(peers(boots_on_open=False), boot_s=0.3), story, homed=False)
+    firmware, kind = played(gantry(peer, boot_s=0.3), story, homed=False)
 
-    assert firmware == "Grbl 1.1h.20190830"
+    assert (firmware, kind) == (named, "grblHAL" if hal else "GRBL")
 
 
 @pytest.mark.parametrize(
