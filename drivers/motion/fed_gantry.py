@@ -144,6 +144,7 @@ class FedGantry(JogRules):
                     break
                 await asyncio.sleep(LOOK_S)
                 if self._holding:
+                    self._check_there()
                     begun, given = clock(), 0.0
             if ended():
                 await self._still()
@@ -165,11 +166,17 @@ class FedGantry(JogRules):
             for axis, value in place.items():
                 at[axis] = value
             goal.feedback(part, f"on the way to {place_words(self.bench.to_bench(tuple(at)))}")
-        while self._holding and not ended():  # noqa: ASYNC110 - a call of `resume` or `halt` ends it
+        while self._holding and not ended():
+            self._check_there()
             await asyncio.sleep(LOOK_S)
         if ended():
             await self._still()
             raise Ended
+
+    def _check_there(self) -> None:
+        """A resume must not go on with a way that began before its connection or its place was lost."""
+        if self.known.lost or not self.homed:
+            raise Lost(self.known.lost or self.known.alarm or "its position was lost")
 
     async def _arrived(self, end: dict[int, float]) -> Point:
         machine = await self._still()
@@ -202,6 +209,8 @@ class FedGantry(JogRules):
                 raise NotStopped(
                     "it did not confirm that it has stopped and may still move: press its emergency stop"
                 )
+        if self.known.lost:
+            raise Lost(f"whether it has stopped is unknown: {self.known.lost}")
 
     async def _ends(self, seconds: float) -> bool:
         clock = asyncio.get_running_loop().time
@@ -221,8 +230,6 @@ class FedGantry(JogRules):
         except Ended:
             raise self._ending(goal, error, "yes") from None
         except (Lost, NotConnected) as fault:  # the way that it was given before is gone, too
-            if self._ended(goal)():
-                raise self._ending(goal, error, "yes") from fault
             raise Lost(f"{fault}. It may finish what it was given; home it") from fault
         except Silent:
             self.known.homed = False

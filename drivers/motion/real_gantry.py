@@ -331,6 +331,8 @@ class RealGantry(AnyGantry):
     def _check_connected(self, asked: str) -> None:
         if self.known.lost:
             words = f"{self._name()} was asked to {asked}, but {self.known.lost}{self.when_lost}"
+            if asked in ("hold", "halt"):
+                words += ". Whether it still moves is unknown"
             raise ActionFailed("Offline", words, "no")
 
     async def _ready(self) -> Point | None:

@@ -317,8 +317,6 @@ class OpenBuilds(GrblDialect):
             except Ended:
                 raise self._ending(goal, error, "yes") from None
             except Lost as fault:
-                if self._ended(goal)():
-                    raise self._ending(goal, error, "yes") from fault
                 raise Lost(f"{fault}. The controller may still finish what it was sent") from fault
 
     def _place_known(self) -> Point | None:

@@ -2,6 +2,7 @@
 
 import asyncio
 import math
+import re
 
 import pytest
 
@@ -74,6 +75,44 @@ def test_a_hold_brakes_and_resume_goes_on(peers, gantry):
 
     assert 0 < held == still < 40 and state == "hold"
     assert end["x"] == 40 and at(peer)[0] == 40
+
+
+@pytest.mark.parametrize("doing", ["move", "jog"])
+def test_a_hold_without_a_connection_tells_what_is_unknown_and_what_it_held_ends(
+    peers, gantry, doing
+):
+    peer = peers(speed=0.25)
+
+    async def story(driver):
+        await driver.home(GoalContext("h"))
+        goal = GoalContext("m")
+        way = (
+            driver.jog(goal, axis="x", distance=40)
+            if doing == "jog"
+            else driver.move_to(goal, x=40)
+        )
+        moving = asyncio.create_task(way)
+        while peer.place[0] < 1:  # noqa: ASYNC110 - the peer is another thread's
+            await asyncio.sleep(0.01)
+        if doing == "move":  # it is held, and its cable pulled
+            await driver.hold(GoalContext("o"))
+            peer.unplug()
+            assert await driver.link.until(lambda: bool(driver.link.lost), 5)
+        else:
+            peer.unplug()
+        with pytest.raises(ActionFailed) as held:
+            await driver.hold(GoalContext("p"))
+        async with asyncio.timeout(5):
+            with pytest.raises(ActionFailed, match="was unplugged or is gone") as ended:
+                await moving
+        return str(held.value), ended.value.happened
+
+    held, happened = played(gantry(peer), story)
+
+    assert (
+        re.search("hether it has stopped is unknown|hether it still moves is unknown", held)
+        and happened == "unknown"
+    )
 
 
 @pytest.mark.parametrize("version", ["2.0", "2.1"])
