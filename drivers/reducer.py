@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, ClassVar
 
-from .driver import ActionFailed, Driver, GoalContext, Place
+from .driver import ActionFailed, Driver, GoalContext, Place, check_keys
 
 # By name, since reduction is not part of the drivers: it is data in, figures out, and stands alone.
 REDUCTION = "labrun.reduction"
@@ -27,6 +27,7 @@ class Reducer(Driver):
     extra: ClassVar[str | None] = "spectra"
 
     def __init__(self, place: Place) -> None:
+        check_keys((), place.config)
         super().__init__(place)
         self._warming: asyncio.Future[None] | None = None
         self._threads = ThreadPoolExecutor(most_at_once(), thread_name_prefix="reduce")

@@ -34,9 +34,10 @@ def check_config(config: dict[str, Any], known: Collection[str]) -> None:
 def _check_axes(axes: Any) -> None:
     if axes is None:
         return
-    wrong = not isinstance(axes, dict) or not set(axes) <= set(AXES)
-    used = [] if wrong else [str(axes.get(a, a)).lower().removeprefix("-") for a in AXES]
-    if wrong or sorted(used) != sorted(AXES):
+    if isinstance(axes, dict):
+        check_keys(AXES, axes, "axes")
+        used = [str(axes.get(a, a)).lower().removeprefix("-") for a in AXES]
+    if not isinstance(axes, dict) or sorted(used) != sorted(AXES):
         raise ValueError(
             f"axes is {axes!r}; it must give the machine axis for each bench axis, each "
             f"once, with a minus if it runs the other way: {{x: Y, y: -X}}"
@@ -46,9 +47,9 @@ def _check_axes(axes: Any) -> None:
 def _check_place(name: str, place: Any) -> None:
     if place is None:
         return
-    fine = isinstance(place, dict) and set(place) <= set(AXES)
-    if not fine or not all(_is_number(value) for value in place.values()):
+    if not isinstance(place, dict) or not all(_is_number(value) for value in place.values()):
         raise ValueError(f"{name} is {place!r}; write it as {{x: -805, y: -725, z: -90}}, in mm")
+    check_keys(AXES, place, name)
 
 
 def _is_number(value: Any) -> bool:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+from ..driver import check_keys
+
 Point = tuple[float, float, float]
 
 INFINITE = float("inf")
@@ -65,13 +67,9 @@ def read_boxes(config: dict[str, Any]) -> tuple[Box, ...]:
 
 def _box(number: int, written: dict[str, Any]) -> Box:
     name = str(written.get("name", number))
-    if unknown := sorted(set(written) - {"name", *"xyz"}) or (
-        ["nothing"] if not set(written) & set("xyz") else []
-    ):
-        raise ValueError(
-            f"keep_out box {name}: it has {', '.join(unknown)}; a box has a name and ranges "
-            f"x, y, z, each [from, to] in mm"
-        )
+    check_keys(("name", *"xyz"), written, f"keep_out box {name}")
+    if not set(written) & set("xyz"):
+        raise ValueError(f"keep_out box {name} has no range; write x, y or z as [from, to] in mm")
     ranges = [_range(name, axis, written.get(axis)) for axis in "xyz"]
     (x0, x1), (y0, y1), (z0, z1) = ranges
     return Box(name, (x0, y0, z0), (x1, y1, z1))

@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import Field, ValidationError
 
 from ...schemas.model import Model, first_fault
+from ..driver import check_keys
 from ..motion.gantry import AXES
 
 
@@ -30,10 +31,11 @@ class StageConfig(Model):
 
 def read_stages(written: Any) -> dict[int, StageConfig]:
     """Machine axis (0 is x) -> its stage; raises ValueError with the first error."""
-    if not isinstance(written, dict) or not written or not set(written) <= set(AXES):
+    if not isinstance(written, dict) or not written:
         raise ValueError(
             f"stages is {written!r}; it names the stage of each axis: {{x: {{device: 1}}, y: {{device: 2}}}}"
         )
+    check_keys(AXES, written, "stages")
     stages: dict[int, StageConfig] = {}
     for name in sorted(written, key=AXES.index):
         try:

@@ -7,8 +7,6 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import pytest
 
-from labrun.drivers.find import DriverFault
-
 
 def opened(driver):
     async def story():
@@ -99,11 +97,14 @@ def test_an_export_path_that_the_server_does_not_have(aecp):
 @pytest.mark.parametrize(
     ("config", "words"),
     [
-        ({"ulr": "http://a"}, "config.ulr is unknown; the known keys are url, exports"),
+        (
+            {"ulr": "http://a"},
+            "config has no key ulr; its keys are: url, exports.*perhaps url is meant",
+        ),
         ({"url": "localhost:1234"}, "config.url: String should match pattern"),
         ({"measure_s": 0}, "config.measure_s: Input should be greater than 0"),
     ],
 )
 def test_a_wrong_configuration(aecp, config, words):
-    with pytest.raises(DriverFault, match=words):
+    with pytest.raises(ValueError, match=words):
         aecp.driver(**config)

@@ -14,13 +14,15 @@ from labrun.drivers.grbl.gantry import Grbl
         ({"port": ""}, "config needs `port`"),
         ({"baud": "fast"}, "baud is 'fast'; it must be a number above 0"),
         ({"axes": {"x": "X", "y": "X"}}, "each once"),
-        ({"axes": {"w": "X"}}, "axes is"),
+        ({"axes": {"w": "X"}}, "axes has no key w; its keys are: x, y"),
+        ({"axes": "XY"}, "axes is"),
+        ({"origin": {"w": 1}}, "origin has no key w"),
         ({"origin": {"x": "left"}}, "write it as {x: -805"),
         ({"origin": {"x": float("nan")}}, "write it as {x: -805"),
         ({"home_first": "yes"}, "home_first is 'yes'; it must be true or false"),
         ({"keep_out": [{"x": [5, 1]}]}, r"keep_out box 1: x is \[5, 1\]"),
-        ({"keep_out": [{"name": "all"}]}, "keep_out box all: it has nothing"),
-        ({"keep_out": [{"w": [0, 1]}]}, "keep_out box 1: it has w"),
+        ({"keep_out": [{"name": "all"}]}, "keep_out box all has no range; write x"),
+        ({"keep_out": [{"w": [0, 1]}]}, "keep_out box 1 has no key w; its keys are: name, x, y, z"),
     ],
 )
 def test_a_wrong_config_is_refused_with_what_is_wrong(config, words, tmp_path):

@@ -88,11 +88,11 @@ def test_a_driver_without_buttons_does_not_start(tmp_path):
     [
         ({"delete": "all"}, "config.delete: Input should be 'never', 'button' or 'file'"),
         ({"measure_s": float("nan")}, "config.measure_s"),
-        ({"cashe": "x"}, "config.cashe is unknown; the known keys are buttons, cache, exports"),
+        ({"cashe": "x"}, "config has no key cashe; its keys are: buttons, cache, exports"),
     ],
 )
 def test_a_wrong_configuration(tmp_path, more, words):
     config = {"buttons": str(tmp_path), "cache": ".", "exports": ".", **more}
 
-    with pytest.raises(DriverFault, match=words):
+    with pytest.raises(ValueError, match=words):
         SciapsGui(Place("libs", config, {}, tmp_path, tmp_path))
