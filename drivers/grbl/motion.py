@@ -129,12 +129,13 @@ class Move:
             report = await self._braked()
             if self.controller.alarm:  # an emergency stop between the proof and this report
                 raise MotionFault(self.controller.alarm)
-            there = report.machine is not None and _there(
+            if report.state in ("Run", "Hold", "Door"):
+                # The line and the proof were received as one; or it is held, and ends when it is resumed.
+                await self.wait_until_still()
+                continue
+            if report.machine is not None and _there(
                 report.machine, end, self.controller.settings.tolerance
-            )
-            if report.state == "Run" or (report.state in ("Hold", "Door") and not there):
-                await self.wait_until_still()  # the line and the proof were received as one
-            elif there and report.machine is not None:
+            ):
                 self.told(report)
                 return report.machine
         raise WrongPlace(f"it has stopped, but {self._where(end)}")

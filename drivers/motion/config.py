@@ -34,10 +34,11 @@ def check_config(config: dict[str, Any], known: Collection[str]) -> None:
 def _check_axes(axes: Any) -> None:
     if axes is None:
         return
+    used: list[str] = []
     if isinstance(axes, dict):
         check_keys(AXES, axes, "axes")
         used = [str(axes.get(a, a)).lower().removeprefix("-") for a in AXES]
-    if not isinstance(axes, dict) or sorted(used) != sorted(AXES):
+    if sorted(used) != sorted(AXES):
         raise ValueError(
             f"axes is {axes!r}; it must give the machine axis for each bench axis, each "
             f"once, with a minus if it runs the other way: {{x: Y, y: -X}}"
