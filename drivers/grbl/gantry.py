@@ -101,6 +101,8 @@ class Grbl(GrblDialect):
 
     async def _resume(self) -> None:
         if (await self.controller.look()).state in ("Hold", "Door"):
+            # While it still brakes, GRBL drops a resume.
+            await self._until(lambda r: not r.braking, "did not come to a stop")
             self.controller.write(RESUME)
             await self._until(lambda r: r.state not in ("Hold", "Door"), "did not resume")
 

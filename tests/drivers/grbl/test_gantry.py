@@ -344,6 +344,23 @@ def test_a_hold_in_the_last_moment_of_a_move_waits_for_its_resume_and_is_no_wron
     assert ended["x"] == pytest.approx(5, abs=0.005)
 
 
+def test_a_resume_that_comes_while_it_still_brakes_is_not_lost(peers, gantry, played):
+    peer = peers(speed=3, homing_s=0.1)
+
+    async def story(driver):
+        move = asyncio.create_task(driver.move_to(GoalContext("m"), x=60))
+        while peer.place[0] < -780:  # noqa: ASYNC110 - the peer is another thread's
+            await asyncio.sleep(0.01)
+        driver.controller.write(b"!")
+        while peer.state != "Hold:1":  # noqa: ASYNC110 - as above
+            await asyncio.sleep(0.001)
+        await driver.resume(GoalContext("r"))
+        return await move
+
+    assert played(gantry(peer), story)["x"] == pytest.approx(60, abs=0.005)
+    assert peer.heard.count("~") == 1
+
+
 def test_what_somebody_else_has_on_hold_is_not_moved_and_can_be_halted(peer, gantry, played):
     async def story(driver):
         driver.controller.write(b"!")
