@@ -12,7 +12,7 @@ HOME = "{do: gantry.home}"
     ("text", "code", "way"),
     [
         (f"steps:\n  - {HOME}\n  - finally: [{HOME}]\n", "E114", "first column, beside `steps`"),
-        (f"steps:\n  - if: ${{{{ a }}}}\n    then: [{HOME}]\n    elif: x\n", "E110", "write `else: [{if: "),
+        (f"steps:\n  - if: ${{{{ 1 > 2 }}}}\n    then: [{HOME}]\n    elif: x\n", "E110", "write `else: "),
         (f"steps:\n  - {{every: 5 s, steps: [{HOME}]}}\n", "E110", "`while` with a `wait`"),
         (f"steps:\n  - {{try: [{HOME}]}}\n", "E114", "its own `fallback: [...]`"),
         (f"steps:\n  - repeat: {{until: x}}\n    steps: [{HOME}]\n", "E112", "`while: ${{ ... }}` repeats"),
