@@ -121,7 +121,7 @@ def test_what_somebody_did_once_the_driver_does_again(gui, tmp_path):
 
     async def again():
         place = Place(
-            "rec", entry["config"], {}, tmp_path / "work", tmp_path,
+            "rec", {**entry["config"], "dialog_s": 120}, {}, tmp_path / "work", tmp_path,
             read_contract(tmp_path / "recorder.yaml"),
         )  # fmt: skip
         driver = WindowProgram(place)
