@@ -143,6 +143,9 @@ LIBRARIES = {
 BY_FIXTURE = {"screen": "screen", "node_modules": "node"}
 """Fixture -> what every test that uses it needs."""
 
+SHARED = "tests/web/server/"
+"""A room whose files share servers: one process of pytest-xdist has all of it, and begins with it."""
+
 left_out: Counter[str] = Counter()
 
 
@@ -168,6 +171,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if set(left_out) - LIBRARIES and os.environ.get("LABRUN_TEST_EVERYTHING"):
         raise pytest.UsageError("; ".join(summary(left_out)))
     items[:] = [item for item in items if not missing[item]]
+    items.sort(key=lambda item: one_process(item.nodeid) != SHARED)
     config.hook.pytest_deselected(items=out)
     if hasattr(config, "workeroutput"):
         config.workeroutput["left_out"] = dict(left_out)
@@ -177,6 +181,23 @@ def pytest_collection_finish() -> None:
     """Collect from here on what tests leave, not what they are."""
     gc.enable()
     gc.freeze()
+
+
+def one_process(nodeid: str) -> str:
+    """What one process does alone, so that what its tests share is made once: a file, or a room."""
+    return SHARED if nodeid.startswith(SHARED) else nodeid.split("::", 1)[0]
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
+    """Work is handed out by files, in the order of collection."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByRoom(LoadScopeScheduling):
+        _split_scope = staticmethod(one_process)
+
+    config.option.loadscopereorder = False
+    return ByRoom(config, log)
 
 
 @pytest.hookimpl(optionalhook=True)
