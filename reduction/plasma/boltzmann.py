@@ -61,11 +61,18 @@ class PlotLines:
     def __len__(self) -> int:
         return len(self.log_area)
 
-    def thin(self, temperature_k: float, density_per_cm3: float) -> FloatArray:
-        """ln of the thin area for one atom of the element, shape (n,)."""
+    def thin(
+        self, temperature_k: float | FloatArray, density_per_cm3: float | FloatArray
+    ) -> FloatArray:
+        """ln of the thin area for one atom of the element, (..., n), at temperatures and densities (...)."""
         log = log_strengths(self.rows, temperature_k, density_per_cm3)
-        top = float(log.max(initial=0.0))
-        return np.log(np.bincount(self.entry, np.exp(log - top), len(self)) + 1e-300) + top
+        top = log.max(axis=-1, initial=0.0, keepdims=True)
+        begin = np.flatnonzero(np.diff(self.entry, prepend=-1))  # the rows of a line are in one run
+        thin = np.full((*log.shape[:-1], len(self)), -np.inf)
+        thin[..., self.entry[begin]] = (
+            np.log(np.add.reduceat(np.exp(log - top), begin, axis=-1)) + top
+        )
+        return thin
 
 
 @dataclass(frozen=True, slots=True, eq=False)

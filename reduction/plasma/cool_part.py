@@ -140,12 +140,10 @@ class _Zones:
 
     def with_slopes(self, p: FloatArray, part: float) -> tuple[FloatArray, FloatArray]:
         """ln of the lines' areas, (n,), and how they grow with each parameter, (n, p)."""
-        log_area, rows = self.log_area(p, part), np.arange(len(self.lines))
-        slopes = np.zeros((len(log_area), len(p)))
-        for a, by in enumerate(SLOPE):
-            more = p.copy()
-            more[a] += by
-            slopes[:, a] = (self.log_area(more, part) - log_area) / by
+        beside = np.vstack([p, p + np.eye(len(SLOPE), len(p)) * SLOPE[:, None]])
+        log_area, *more = self.log_area(beside, part)
+        slopes, rows = np.zeros((len(log_area), len(p))), np.arange(len(self.lines))
+        slopes[:, :ZONES] = (np.array(more) - log_area).T / SLOPE
         slopes[rows, ZONES + self.which] = 1 + slopes[:, 2]
         if len(p) > ZONES + self.k:
             slopes[rows, ZONES + self.k + self.knot] = 1 - self.far
@@ -153,26 +151,33 @@ class _Zones:
         return log_area, slopes
 
     def log_area(self, p: FloatArray, part: float) -> FloatArray:
-        """ln of the areas: of the hot zone's light what the cool one lets pass, and its own.
+        """ln of the areas, (..., n), for parameters (..., p): of the hot zone's light what the cool one lets
+        pass, and its own.
 
         Of one zone a line's area is Planck's radiance times W(tau) = tau f(tau) (`growth`), as wide as its
         zone's density makes it; the hot zone's light behind the cool one is integrated across the line.
         """
-        lines, kelvin, density = self.lines, float(np.exp(p[0])), float(np.exp(p[1]))
-        cooler, thinner = float(np.exp(p[GLOBAL])), float(np.exp(p[GLOBAL + 1]))
-        scale, width = p[ZONES + self.which], lines.width_nm * density / 1e17
-        hot = lines.thin(kelvin, density) + scale + np.log1p(-part)
-        cool = lines.thin(cooler * kelvin, thinner * density) + scale + np.log(part)
-        hot_depth = p[2] + hot + log_depth_of_unit(lines.vacuum_nm, width, kelvin)
-        cool_depth = (
-            p[2] + cool + log_depth_of_unit(lines.vacuum_nm, thinner * width, cooler * kelvin)
+        lines, shared = self.lines, p[..., :ZONES, None]
+        kelvin, density = np.exp(shared[..., 0, :]), np.exp(shared[..., 1, :])
+        cooler, thinner = np.exp(shared[..., GLOBAL, :]), np.exp(shared[..., GLOBAL + 1, :])
+        scale, width = p[..., ZONES + self.which], lines.width_nm * density / 1e17
+        hot, cool = scale + lines.thin(
+            np.stack([kelvin, cooler * kelvin])[..., 0],
+            np.stack([density, thinner * density])[..., 0],
         )
-        hot_tau, cool_tau = (np.exp(np.clip(d, -30, 14))[:, None] for d in (hot_depth, cool_depth))
+        hot, cool = hot + np.log1p(-part), cool + np.log(part)
+        opacity = shared[..., 2, :]
+        hot_depth = opacity + hot + log_depth_of_unit(lines.vacuum_nm, width, kelvin)
+        cool_depth = opacity + cool
+        cool_depth += log_depth_of_unit(lines.vacuum_nm, thinner * width, cooler * kelvin)
+        hot_tau, cool_tau = (
+            np.exp(np.clip(d, -30, 14))[..., None] for d in (hot_depth, cool_depth)
+        )
         shining = -np.expm1(-hot_tau / (1 + _SQUARE))
-        passed = (shining * np.exp(-cool_tau / (1 + _SQUARE / thinner**2))) @ _WEIGHT
+        passed = shining * np.exp(-cool_tau / (1 + _SQUARE / thinner[..., None] ** 2)) @ _WEIGHT
         behind = hot - hot_depth + np.log(np.maximum(passed, 1e-300))
         log_area = np.logaddexp(behind, cool + log_kept(cool_depth)[0])
-        if len(p) > ZONES + self.k:
-            gain = p[ZONES + self.k :]
-            log_area = log_area + (1 - self.far) * gain[self.knot] + self.far * gain[self.knot + 1]
+        if p.shape[-1] > ZONES + self.k:
+            gain = p[..., ZONES + self.k :]
+            log_area += (1 - self.far) * gain[..., self.knot] + self.far * gain[..., self.knot + 1]
         return log_area

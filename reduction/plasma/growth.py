@@ -33,14 +33,14 @@ def log_kept(log_tau: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.interp(log_tau, grid, log_f), np.interp(log_tau, grid, slope)
 
 
-def log_radiance(wavelength_nm: FloatArray, temperature_k: float) -> FloatArray:
+def log_radiance(wavelength_nm: FloatArray, temperature_k: float | FloatArray) -> FloatArray:
     """ln of Planck's radiance per nm, arbitrary unit (the same at all temperatures)."""
     x = HC_BY_K_NM_K / (wavelength_nm * temperature_k)
     return -5.0 * np.log(wavelength_nm / 500.0) - np.log(np.expm1(x))
 
 
 def log_depth_of_unit(
-    wavelength_nm: FloatArray, width_nm: FloatArray, temperature_k: float
+    wavelength_nm: FloatArray, width_nm: FloatArray, temperature_k: float | FloatArray
 ) -> FloatArray:
     """ln tau that a line of thin area 1 would have if the constant of the spectrum were 1."""
     peak = np.log(PEAK_OF_LORENTZIAN / np.maximum(width_nm, 1e-4))

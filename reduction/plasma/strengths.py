@@ -104,32 +104,38 @@ def _guessed_width(elements: TextArray, element: IntArray) -> FloatArray:
     return np.clip(width, 0.003, 1.5)
 
 
-def _log_saha(log_u: FloatArray, temperature_k: float, density_per_cm3: float) -> FloatArray:
-    """ln of ions per atom, shape (e,)."""
+def _log_saha(
+    log_u: FloatArray, temperature_k: FloatArray, density_per_cm3: FloatArray
+) -> FloatArray:
+    """ln of ions per atom, shape (..., e), of temperatures and densities (..., 1)."""
     return (
         np.log(SAHA_PER_CM3 / density_per_cm3)
         + 1.5 * np.log(temperature_k)
-        + log_u[:, 1]
-        - log_u[:, 0]
+        + log_u[..., 1]
+        - log_u[..., 0]
         - (atoms().limit_ev - LOWERING_EV) / (BOLTZMANN_EV_PER_K * temperature_k)
     )
 
 
-def log_strengths(rows: IntArray, temperature_k: float, density_per_cm3: float) -> FloatArray:
-    """ln of the thin area for one atom of its element, arbitrary unit, of the table's rows."""
+def log_strengths(
+    rows: IntArray, temperature_k: float | FloatArray, density_per_cm3: float | FloatArray
+) -> FloatArray:
+    """ln of the thin area for one atom of its element, arbitrary unit, of the table's rows; shape (..., rows)
+    for temperatures and densities (...)."""
     a = atoms()
-    log_u = _log_u(temperature_k)
-    log_ratio = _log_saha(log_u, temperature_k, density_per_cm3)
+    kelvin, density = np.asarray(temperature_k)[..., None], np.asarray(density_per_cm3)[..., None]
+    log_u = _log_u(kelvin[..., 0])
+    log_ratio = _log_saha(log_u, kelvin, density)
     neutral = -np.logaddexp(0.0, log_ratio)
-    held = np.concatenate([neutral - log_u[:, 0], neutral + log_ratio - log_u[:, 1]])
-    inverse = -1.0 / (BOLTZMANN_EV_PER_K * temperature_k)
-    return a.log_ga[rows] + held[a.species[rows]] + inverse * a.e_k_ev[rows]
+    held = np.concatenate([neutral - log_u[..., 0], neutral + log_ratio - log_u[..., 1]], axis=-1)
+    inverse = -1.0 / (BOLTZMANN_EV_PER_K * kelvin)
+    return a.log_ga[rows] + held[..., a.species[rows]] + inverse * a.e_k_ev[rows]
 
 
-def _log_u(temperature_k: float) -> FloatArray:
-    """ln U of all species at a temperature, shape (e, 2)."""
+def _log_u(temperature_k: FloatArray) -> FloatArray:
+    """ln U of all species at temperatures (...), shape (..., e, 2)."""
     place = (temperature_k - GRID_K[0]) / (GRID_K[1] - GRID_K[0])
-    place = min(max(float(place), 0.0), len(GRID_K) - 1.001)
-    i = int(place)
-    table = atoms().log_u
-    return table[:, :, i] + (place - i) * (table[:, :, i + 1] - table[:, :, i])
+    place = np.clip(place, 0.0, len(GRID_K) - 1.001)
+    i = place.astype(int)
+    table, far = np.moveaxis(atoms().log_u, -1, 0), (place - i)[..., None, None]
+    return table[i] + far * (table[i + 1] - table[i])
