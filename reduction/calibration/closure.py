@@ -7,7 +7,8 @@ which a rock's cations bind in a known ratio. An element that is not seen for su
 A plasma is not one zone, and not one moment: part of its atoms are in cooler ones, where what ionises
 easily shines far more. How many the lines tell somewhat (`plasma.cool_part`): amounts are drawn many times,
 each part as often as is its odds, and what is told is the mean, the standard deviation and the
-quantiles of the draws.
+quantiles of the draws. Where the response is told by the same lines, two zones are one picture of several:
+most draws are of one zone and all that may be cool.
 
 One standard of the same instrument makes up for what all spectra lack alike, response and transition
 probabilities (one-point calibration: Cavalcanti et al., Spectrochim. Acta B 87, 51 (2013)); there a
@@ -38,10 +39,13 @@ MOST_ERROR = 1.5  # of ln(amount): with more an element's amount is not told
 # them, or a standard is there): its ends, even in ln; the zone's temperature and density beside the plot's.
 COOL_PARTS = np.geomspace(0.005, 0.6, 9)
 COOL_K, COOL_NE = 0.5, 0.3
-# What a response that had to be found in the same lines leaves of each ln(amount): so many times the power
-# of what the lines scatter beyond their errors, as makes errors right on measured minerals (all seen, the
-# scatter 0.5), and less wide on made spectra (0.2).
-UNKNOWN_RESPONSE, BY_SCATTER = 2.4, 1.5
+# Where lines scatter more than their errors around all that is fitted, what that leaves of each ln(amount):
+# so many times the power of how much more, as makes errors right on measured minerals (all seen, 0.5).
+NOT_EXPLAINED, BY_SCATTER = 2.4, 1.5
+# One in so many draws is of two zones and a response that were fitted to the same lines: as makes amounts
+# right on made rocks of an uneven instrument, half of them, and no worse on other made spectra.
+BENT_SHARE = 3
+TWO_THICK = 0.5  # of what one zone lacks in thick lines, what two lack
 SURELY = 3.0  # ln of the odds that a level response and a cool part make the lines, and not another response
 NO_SEAMS = np.empty(0)
 MOST_SCATTER = 2.0  # of ln(area); a line further off is another's
@@ -167,19 +171,14 @@ def concentrations(
     counted = sure if sure.any() else counted
     bound = np.array([with_oxygen(name, closed) for name in names])
     own = np.hypot(UNIFORM, THICK * told.lost)
-    zones = None if points else _parts(found)
-    if found.response is not None and zones is None:
-        own = np.hypot(own, UNKNOWN_RESPONSE * _scatter(found) ** BY_SCATTER)
     if points:
+        if found.response is not None:
+            own = np.hypot(own, _beyond(found))
         own, covariance = _by_standards(told, points, own)
         log_drawn = log_mass + _drawn(covariance)  # a standard's plasma had cooler zones, too
-    elif zones is None:  # the same lines told it, and tell the cool part too little
-        covariance = told.covariance + np.diag(own**2)
-        log_drawn = log_mass + _drawn(covariance)
-        log_drawn += np.resize(told.cool, log_drawn.shape)
     else:
-        log_drawn = _of_two_zones(found, zones)
-        log_mass, covariance = log_drawn.mean(axis=0), np.atleast_2d(np.cov(log_drawn.T))
+        log_drawn, covariance, beyond = _of_zones(found, told)
+        log_mass, own = log_drawn.mean(axis=0), np.hypot(own, beyond)
     counted = _told_well(log_mass + np.log(bound), covariance, counted)
     if not counted.any():
         return {}
@@ -228,23 +227,41 @@ def _by_standards(
     return own, covariance + np.outer(unlike, unlike)
 
 
-def _parts(found: Identified) -> list[CoolPart] | None:
-    """Cool parts of the plasma; None where the lines need a response that no cool part makes up for."""
+def _of_zones(found: Identified, told: _Amounts) -> tuple[FloatArray, FloatArray, float]:
+    """Draws of ln(mass) of the plot's elements, of one zone and of two, (DRAWS, n); their covariance, (n, n),
+    without what may be cool where only one zone is drawn; and what neither explains, of each."""
     plot, lines, bend = found.plot, found.lines, found.bend
     assert plot is not None and lines is not None and bend is not None
-    if found.response is None:
-        return cool_parts(lines, plot, bend)
-    level = cool_parts(lines, plot, replace(bend, stiff=stiffness(bend.knots_nm, NO_SEAMS, LEVEL)))
-    bent = cool_parts(lines, plot, bend)
-    return level if _best(level) > _best(bent) + SURELY else None
+    parts, level = cool_parts(lines, plot, bend), True
+    if found.response is not None:
+        stiff = stiffness(bend.knots_nm, NO_SEAMS, LEVEL)
+        straight = cool_parts(lines, plot, replace(bend, stiff=stiff))
+        level = _best(straight) > _best(parts) + SURELY
+        parts = straight if level else parts
+    # A level response is given up only where lines scatter more than they may by chance.
+    most = 1.0 + (2.0 / len(lines)) ** 0.5 if level else 1.0
+    explained = min(part.scatter for part in parts) <= most
+    beyond, thick = 0.0 if explained else _beyond(found), THICK * told.lost
+    of_two = _of_two_zones(found, parts, np.hypot(TWO_THICK * thick, beyond))
+    if level:
+        return of_two, np.atleast_2d(np.cov(of_two.T)), beyond
+    covariance = told.covariance + np.diag(UNIFORM**2 + thick**2 + beyond**2)
+    drawn = told.log_mass + _drawn(covariance)
+    drawn += np.resize(told.cool, drawn.shape)
+    if not explained:
+        return drawn, covariance, beyond
+    pair = np.arange(DRAWS) // 2  # what is not certain is in every second draw
+    drawn[pair % BENT_SHARE == 0] = of_two[pair % BENT_SHARE == 0]
+    return drawn, np.atleast_2d(np.cov(drawn.T)), beyond
 
 
 def _best(parts: list[CoolPart]) -> float:
     return max(part.evidence for part in parts)
 
 
-def _of_two_zones(found: Identified, parts: list[CoolPart]) -> FloatArray:
-    """Draws of ln(mass) of the plot's elements, each cool part as often as is its odds; (DRAWS, n)."""
+def _of_two_zones(found: Identified, parts: list[CoolPart], own: FloatArray) -> FloatArray:
+    """Draws of ln(mass) of the plot's elements, each cool part as often as is its odds; (DRAWS, n). own:
+    errors of each beside the fit's, (n,)."""
     plot = found.plot
     assert plot is not None
     names = atoms().elements[plot.names]
@@ -253,7 +270,8 @@ def _of_two_zones(found: Identified, parts: list[CoolPart]) -> FloatArray:
     last = np.searchsorted(np.cumsum([part.odds for part in parts])[:-1], half)
     which, drawn = np.concatenate([last, last]), np.empty((DRAWS, len(names)))
     for k in np.unique(which):
-        drawn[which == k] = parts[k].log_scale + _drawn(parts[k].covariance)[which == k]
+        covariance = parts[k].covariance + np.diag(own**2)
+        drawn[which == k] = parts[k].log_scale + _drawn(covariance)[which == k]
     return drawn + weight - _too_bright(found, len(names))
 
 
@@ -292,12 +310,13 @@ def _lost(found: Identified, n: int) -> FloatArray:
     return np.bincount(which, log_kept, n) / np.maximum(np.bincount(which, minlength=n), 1)
 
 
-def _scatter(found: Identified) -> float:
-    """What ln(area) of lines scatters around the plot beyond their own errors, standard deviation."""
+def _beyond(found: Identified) -> float:
+    """Error of each ln(amount), as ln(area) of lines scatters around the plot beyond their own errors."""
     plot, lines = found.plot, found.lines
     assert plot is not None and lines is not None
     off = np.clip(plot.residual, -MOST_SCATTER, MOST_SCATTER)
-    return max(float(np.mean(off**2 - lines.error**2 - CALIBRATION**2)), 0.0) ** 0.5
+    scatter = max(float(np.mean(off**2 - lines.error**2 - CALIBRATION**2)), 0.0) ** 0.5
+    return NOT_EXPLAINED * scatter**BY_SCATTER
 
 
 def _missing(reduction: Reduction, names) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ from .boltzmann import (
     Plot,
     PlotLines,
 )
-from .growth import log_depth_of_unit, log_kept
+from .growth import growing, log_depth_of_unit, log_kept
 from .plot_fit import (
     COOLEST_K,
     GLOBAL,
@@ -57,12 +57,14 @@ _WEIGHT = 0.5 * _WEIGHT * (1 + _SQUARE)
 class CoolPart:
     """One of PARTS: its odds, which add up to 1; ln of the amounts of the plot's elements, (k,), and their
     covariance (k, k), all else unknown. evidence: ln of how likely the lines are with this part and this
-    knowledge of the response, whatever all parameters are (Laplace's approximation), but for a constant."""
+    knowledge of the response, whatever all parameters are (Laplace's approximation), but for a constant.
+    scatter: mean square of what lines are off by, in their own errors."""
 
     odds: float
     log_scale: FloatArray
     covariance: FloatArray
     evidence: float
+    scatter: float
 
 
 def cool_parts(lines: PlotLines, plot: Plot, bend: Bend) -> list[CoolPart]:
@@ -80,7 +82,7 @@ def cool_parts(lines: PlotLines, plot: Plot, bend: Bend) -> list[CoolPart]:
         p = np.concatenate([p, bend.start if plot.response is None else plot.response.log_gain])
     if plot.response is not None:
         shown = shown + plot.response.at(lines.vacuum_nm)
-    sigma = np.sqrt(lines.error**2 + CALIBRATION**2)
+    sigma = _errors(lines, plot)
     toward = np.zeros(len(p))
     toward[:2], toward[2 : ZONES + k] = (np.log(USUAL_K), USUAL_LOG_NE), p[2 : ZONES + k]
     prior = 1e-9 * np.eye(len(p))
@@ -116,10 +118,17 @@ def cool_parts(lines: PlotLines, plot: Plot, bend: Bend) -> list[CoolPart]:
         evidence = -0.5 * (
             misfits[-1] + np.linalg.slogdet(normal)[1] - np.linalg.slogdet(bend.stiff)[1]
         )
-        found.append((p[own], covariance[own, own], float(evidence)))
+        found.append((p[own], covariance[own, own], float(evidence), scales[-1]))
     log_odds = -0.5 * np.array(misfits) / max(min(scales), 1.0)
     odds = np.exp(log_odds - log_odds.max())
     return [CoolPart(float(one), *of) for one, of in zip(odds / odds.sum(), found, strict=True)]
+
+
+def _errors(lines: PlotLines, plot: Plot) -> FloatArray:
+    """Of ln(area), (n,). A transition probability bears on it as an amount does: less in a thick line, whose
+    area grows with the root of either."""
+    of_probability = lines.error**2 - lines.relative**2
+    return np.sqrt(lines.relative**2 + of_probability * growing(plot.kept) ** 2 + CALIBRATION**2)
 
 
 def _scatter(squares: float, free: float) -> float:

@@ -33,6 +33,13 @@ def log_kept(log_tau: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.interp(log_tau, grid, log_f), np.interp(log_tau, grid, slope)
 
 
+def growing(kept: FloatArray) -> FloatArray:
+    """d ln(area) / d ln(thin area), from 1 of a thin line to 1/2 of a thick one, where a line keeps a part
+    of its light; any shape."""
+    _, log_f, slope = growth_table()
+    return 1.0 + np.interp(-np.log(kept), -log_f, slope)
+
+
 def log_radiance(wavelength_nm: FloatArray, temperature_k: float | FloatArray) -> FloatArray:
     """ln of Planck's radiance per nm, arbitrary unit (the same at all temperatures)."""
     x = HC_BY_K_NM_K / (wavelength_nm * temperature_k)

@@ -6,14 +6,17 @@ from truth import with_vice
 
 from labrun.drivers.simulated.twins.shot import ShotMaker
 from labrun.reduction import Spectrum, read_spectrum, reduce_spectrum
+from labrun.reduction.calibration import closure
 from labrun.reduction.calibration.closure import SURELY, _drawn, concentrations, one_point
 from labrun.reduction.lines.formula import WEIGHT, with_oxygen
 from labrun.reduction.plasma import cool_part
-from labrun.reduction.plasma.boltzmann import Bend, fit_plot
+from labrun.reduction.plasma.boltzmann import CALIBRATION, Bend, fit_plot
 from labrun.reduction.plasma.cool_part import PARTS, cool_parts
 from labrun.reduction.plasma.growth import log_depth_of_unit
 from labrun.reduction.plasma.response import LEVEL, LOOSE, Response, stiffness
 from labrun.reduction.plasma.strengths import atoms
+
+LEVEL_RESPONSE = Response(np.array([200.0, 900.0]), np.zeros(2), np.ones(2))
 
 
 @pytest.fixture(scope="module")
@@ -117,18 +120,43 @@ def test_what_stands_barely_above_the_noise_is_found_too_bright(core):
     assert told(0.3) < told(0.0)
 
 
-def test_lines_that_scatter_beyond_their_errors_make_amounts_unsure_where_they_told_the_response(
-    core,
+@pytest.mark.parametrize("response", [None, LEVEL_RESPONSE])
+def test_lines_that_scatter_beyond_their_errors_make_amounts_unsure(core, monkeypatch, response):
+    plot, lines = core.identified.plot, core.identified.lines
+    sign = np.random.default_rng(0).choice([-1, 1], len(lines))
+
+    def error(times):
+        off = times * sign * np.hypot(lines.error, CALIBRATION)
+        more = replace(lines, log_area=lines.log_area - plot.residual + off)
+        found = replace(
+            core.identified, lines=more, plot=replace(plot, residual=off), response=response
+        )
+        told = concentrations(replace(core, identified=found), "oxides")
+        return sum(one.error or 0.0 for one in told.values())
+
+    few, many = error(0.5), error(1.6)
+    monkeypatch.setattr(closure, "NOT_EXPLAINED", 0.0)
+
+    assert error(0.5) == few
+    assert error(1.6) < many / 2
+
+
+def test_the_pictures_of_one_zone_and_of_two_are_both_drawn_where_lines_told_the_response(
+    core, monkeypatch
 ):
-    level = Response(np.array([200.0, 900.0]), np.zeros(2), np.ones(2))
+    found = replace(core, identified=replace(core.identified, response=LEVEL_RESPONSE))
+    monkeypatch.setattr(closure, "SURELY", np.inf)
+    both = concentrations(found, "oxides")["Si"]
+    monkeypatch.setattr(closure, "BENT_SHARE", 1)
+    two = concentrations(found, "oxides")["Si"]
+    monkeypatch.setattr(closure, "BENT_SHARE", 1_000)
+    one = concentrations(found, "oxides")["Si"]
 
-    def error(times, response):
-        plot = replace(core.identified.plot, residual=times * core.identified.plot.residual)
-        found = replace(core.identified, plot=plot, response=response)
-        return concentrations(replace(core, identified=found), "oxides")["Si"].error
-
-    assert error(0, None) == error(3, None)
-    assert error(3, level) > 1.3 * error(0, level)
+    assert (
+        min(one.wt_percent, two.wt_percent)
+        <= both.wt_percent
+        <= max(one.wt_percent, two.wt_percent)
+    )
 
 
 LEVEL_BEND = Bend(np.empty(0), np.empty(0), np.empty((0, 0)))

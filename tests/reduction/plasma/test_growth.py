@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import constants
 
-from labrun.reduction.plasma.growth import HC_BY_K_NM_K, log_kept, log_radiance
+from labrun.reduction.plasma.growth import HC_BY_K_NM_K, growing, log_kept, log_radiance
 
 
 def by_hand(tau):
@@ -21,6 +21,7 @@ def test_its_slope_is_the_limit_of_differences():
     difference = (log_kept(at + 0.05)[0] - log_kept(at - 0.05)[0]) / 0.1
 
     assert np.allclose(log_kept(at)[1], difference, atol=2e-3)
+    assert growing(np.exp(log_kept(at)[0])) == pytest.approx(1 + difference, abs=3e-3)
 
 
 def test_the_radiance_is_plancks():
