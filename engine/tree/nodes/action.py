@@ -65,7 +65,7 @@ class ActionLeaf(Node):
         self.path = ""
 
     def initialise(self) -> None:
-        self.failure, self.result, self.request, self.unknown = None, None, None, None
+        self.request, self.unknown = None, None
         self.lost, self.repeating = 0, False
         self.path = f"{self.scope.frame.path}/{self.plan.segment}"
         try:

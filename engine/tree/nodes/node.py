@@ -43,6 +43,7 @@ class Node(Behaviour):
     def tick_once(self) -> None:
         """One tick: start if not RUNNING, then update."""
         if self.status != Status.RUNNING:
+            self.failure, self.result = None, None
             self.initialise()
         new_status = self.update()
         if new_status != Status.RUNNING:

@@ -28,7 +28,7 @@ class AskPerson(Node):
         self.question: Question | None = None
 
     def initialise(self) -> None:
-        self.failure, self.result, self.question = None, None, None
+        self.question = None
         path = f"{self.scope.frame.path}/{self.name}"
         try:
             text = as_text(self.text.evaluate(self.run.names(self.scope.frame.names, path)))

@@ -28,7 +28,7 @@ class Wait(Node):
         self.path = ""
 
     def initialise(self) -> None:
-        self.failure, self.until = None, None
+        self.until = None
         self.path = f"{self.scope.frame.path}/{self.name}"
         try:
             duration_s = seconds(self.duration.evaluate(self.scope.frame.names))
@@ -73,7 +73,7 @@ class WaitUntil(Node):
         self.path = ""
 
     def initialise(self) -> None:
-        self.failure, self.until, self.over = None, None, False
+        self.until, self.over = None, False
         self.path = f"{self.scope.frame.path}/{self.name}"
         known = self.path in self.run.past.steps
         if self.replaying and not known:
