@@ -79,8 +79,9 @@ def check(context: Context) -> Iterator[Problem]:
             message = f"{step.do} usually takes {usually}; the timeout of {limit} ends it early"
             yield context.source.problem(place, "W402", message)
         if usual is not None and usual > FINALLY_S and id(step) in in_finally:
-            message = f"{step.do} usually takes {_usually(step, action, usual)}; `finally` ends after 10 min"
-            hint = "a `timeout` of its own, such as `timeout: 6 h`, is added to the 10 min"
+            ends, usually = f"{FINALLY_S / 60:g} min", _usually(step, action, usual)
+            message = f"{step.do} usually takes {usually}; `finally` ends after {ends}"
+            hint = f"a `timeout` of its own, such as `timeout: 6 h`, is added to the {ends}"
             yield context.source.problem((*at.place, "do"), "W402", message, hint)
 
 
