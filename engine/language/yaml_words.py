@@ -169,6 +169,8 @@ def _colon(lines: Lines, number: int, before: str, offset: int) -> YamlFault:
             f"write `{lacks[1]}: {lacks[2]}`",
             len(lacks[1]),
         )
+    if twice := _list_below_a_value(lines, number):
+        return twice
     return _fault("a key that is indented too far",
                   offset - len(key), "align the keys", len(key))  # fmt: skip
 
@@ -214,6 +216,8 @@ def _block_end(said: str, lines: Lines, number: int, offset: int) -> YamlFault:
             f"a {what} that closes nothing", offset, "remove it, or add the opening bracket"
         )
     line = lines.line(number)
+    if twice := _list_below_a_value(lines, number):
+        return twice
     if what == "-" or line.lstrip().startswith("- "):
         return _fault("a list and keys are mixed here", offset,
                       "align the items of a list (`- `) with each other, below their key")  # fmt: skip
@@ -224,6 +228,27 @@ def _block_end(said: str, lines: Lines, number: int, offset: int) -> YamlFault:
     if above is not None:
         hint += f"; {above[1]!r} above begins in column {above.start(1) + 1}"
     return _fault("the indentation does not match any line before it", offset, hint)
+
+
+def _list_below_a_value(lines: Lines, number: int) -> YamlFault | None:
+    """`on_resume: x` above `- do: gantry.home`: the key has its value, and a list has none."""
+    line, above = lines.line(number), number - 1
+    while above > 1 and not lines.line(above).partition("#")[0].strip():
+        above -= 1
+    given = lines.line(max(1, above))
+    key, value = KEY.match(given), FIRST_COLON.match(given)
+    deeper = len(given) - len(given.lstrip()) > len(line) - len(line.lstrip())
+    if not line.lstrip().startswith("- ") or given.lstrip().startswith("- ") or deeper:
+        return None
+    if key is None or value is None:
+        return None
+    text = shown(given[value.end() :])
+    hint = (
+        f"remove `{text}` if the list is its value; or write the list's own key, such as `steps:`, "
+        "above it"
+    )
+    message = f"a list below `{key[1]}:`, which has its value already"
+    return _fault(message, lines.starts[above - 1] + value.end(), hint, len(text))
 
 
 def _above(lines: Lines, number: int) -> list[str]:
