@@ -84,6 +84,11 @@ class Action(Model):
             return seconds(f"{given} {schema['unit']}")
         return None if self.duration is None else seconds(self.duration)
 
+    def hung_after_s(self, params: dict[str, Any]) -> float | None:
+        """How long it may take where nobody has given it a timeout: well past what it usually does."""
+        typical_s = self.typical_s(params)
+        return None if typical_s is None else 10 * typical_s + 30
+
     def setting(self, params: dict[str, Any]) -> str:
         """What it sets with these parameters; empty for nothing that has to be set again."""
         if not self.sets:
@@ -129,7 +134,8 @@ class Contract(Model):
     """What one kind of device promises, under a name with its major version.
 
     `also` are earlier contracts that it keeps, too: a device of this one can play their roles.
-    `cancel_grace` is how long its driver may take to end an action that was cancelled.
+    `cancel_grace` is how long its driver may take to end an action that was cancelled, `lapse_grace` how long
+    an action may go on after its lease is over, where `on_lease_lapse` lets it finish.
     """
 
     type: ContractType
@@ -138,6 +144,7 @@ class Contract(Model):
     concurrent: bool = False
     safe_state: list[str] = Field(default_factory=no_items)
     on_lease_lapse: Literal["finish", "cancel", "safe"] = "finish"
+    lapse_grace: Duration = "10 min"
     cancel_grace: Duration = "3 s"
     status: JsonSchema = Field(default_factory=dict)
     actions: dict[Name, Action] = Field(min_length=1)
@@ -171,6 +178,11 @@ class Contract(Model):
     def keeps(self, contract: str) -> bool:
         """Whether a device of this contract can play a role that needs that one."""
         return contract == self.type or contract in self.also
+
+    @property
+    def lapse_grace_s(self) -> float:
+        """The same in seconds."""
+        return seconds(self.lapse_grace)
 
     @property
     def cancel_grace_s(self) -> float:

@@ -20,9 +20,6 @@ from ...system.tasks import keep
 from ..driver import Driver, GoalContext
 from .execution import Execution
 
-FINISH_S = 600.0
-"""How long a device whose lease has lapsed may finish its action."""
-
 OVER = "its lease was over, no engine was in contact"
 
 Word = tuple[bool, str]
@@ -147,7 +144,7 @@ class Owner:
     async def _make_safe(self) -> None:
         self.state = State.STOPPING if self._asked else State.LAPSING
         clock = asyncio.get_running_loop().time
-        late: float | None = clock() + FINISH_S
+        late: float | None = clock() + self._contract.lapse_grace_s
         while any(execution.acts for execution in self.goals.values()):
             if self._at_once:
                 self._at_once = False

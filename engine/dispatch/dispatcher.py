@@ -267,7 +267,7 @@ class Dispatcher:
 
     def _check_grace(self, request: Request, now: float) -> None:
         assert request.canceled_at is not None
-        grace_s = max(CANCEL_GRACE_S, request.role.contract.cancel_grace_s + OWN_S)
+        grace_s = max(CANCEL_GRACE_S, _ends_within_s(request))
         until = request.canceled_at + grace_s
         if now < until:
             self.run.requests.wake_at(until)
@@ -387,10 +387,13 @@ class Dispatcher:
     # --- until everything has ended
 
     async def drain(self, limit_s: float, stop: Callable[[], bool] = lambda: False) -> bool:
-        """Wait until no goal is under way; False when the limit, or `stop`, came first."""
+        """Wait until no goal is under way; False when the limit, or `stop`, came first.
+
+        A device whose contract gives its driver longer to end what was cancelled has so long.
+        """
         self._take_back_unsent()
         loop = asyncio.get_running_loop()
-        until = loop.time() + limit_s
+        until = loop.time() + max(limit_s, *map(_ends_within_s, self._under_way.values()), 0.0)
         while self.busy:
             self.apply()
             self.run.journal.flush()
@@ -491,6 +494,11 @@ class Dispatcher:
             await self.clients[request.device].cancel(request.goal_id)
         except ServerUnreachable as fault:  # the goal's outcome will show what happened
             self.run.log(f"cancel of {request.label} did not get through: {fault}", request.path)
+
+
+def _ends_within_s(request: Request) -> float:
+    """How long its device may take to end it, by its contract."""
+    return request.role.contract.cancel_grace_s + OWN_S
 
 
 def _at(ago_s: float) -> str:

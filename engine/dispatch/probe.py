@@ -26,6 +26,7 @@ from .device_handle import DeviceHandle
 from .request import Request
 
 PROBE_TIMEOUT_S = 60.0
+"""How long a probe may take at least; longer where its contract's `duration` says so."""
 PROBE = "/probe"
 STRANGER = "Stranger"
 """The error beside the answer of a probe that denies our goal, and proves nothing by it: it names a
@@ -47,12 +48,12 @@ def probe_request(history: History, role: BoundRole, goal_id: str, action: str) 
     name = role.contract.actions[action].probe
     if name is None:
         return None
-    path = probe_path(goal_id)
+    path, probe = probe_path(goal_id), role.contract.actions[name]
     attempt = 1 + max(history.past.goals.get(path, {0: None}))
     return Request(
         goal_id=f"{goal_id.partition('/')[0]}/{path}/{attempt}", path=path, role=role,
-        action_name=name, action=role.contract.actions[name], params={},
-        timeout_s=PROBE_TIMEOUT_S,
+        action_name=name, action=probe, params={},
+        timeout_s=max(PROBE_TIMEOUT_S, probe.hung_after_s({}) or 0.0),
     )  # fmt: skip
 
 

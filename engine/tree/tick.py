@@ -17,7 +17,8 @@ from ..run.files import NoRoom
 from ..run.run import Run
 
 DRAIN_S = 120.0
-"""How long goals may take to end after they were cancelled, before the run continues without them."""
+"""How long goals may take to end after they were cancelled, before the run continues without them; longer
+where a contract's `cancel_grace` says so."""
 
 QUIET_S = 60.0
 """After so long without any news, and longer than what is under way should take, a run says what it
@@ -165,4 +166,5 @@ async def _drain(dispatcher: Dispatcher, control: Control) -> None:
     if control.now:
         raise StopNow
     if not drained:
-        dispatcher.run.log(f"some goals did not end within {DRAIN_S:g} s; continuing without them")
+        left = "; ".join(dispatcher.waits_for())
+        dispatcher.run.log(f"cancelled, but not ended: {left}; continuing without them")

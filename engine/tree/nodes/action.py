@@ -107,9 +107,7 @@ class ActionLeaf(Node):
     def _timeout(self, arguments: dict[str, Any]) -> float | None:
         if self.plan.timeout_s is not None:
             return seconds(self.plan.timeout_s.evaluate(self._names("timeout")))
-        # No timeout was given: well past what it takes by its contract, it has hung.
-        typical_s = self.plan.action.typical_s(arguments)
-        return None if typical_s is None else 10 * typical_s + 30
+        return self.plan.action.hung_after_s(arguments)
 
     def _begin(self, arguments: dict[str, Any], timeout_s: float | None) -> None:
         attempt, past = self._attempt(arguments)

@@ -5,7 +5,6 @@ import asyncio
 import pytest
 
 from labrun.drivers.driver import Driver
-from labrun.drivers.server.owner import FINISH_S
 
 from . import lamp
 from .lamp import LAST_ACT_S, SAFE_S, Lamp, Story
@@ -173,17 +172,18 @@ def test_a_shot_that_ends_well_while_its_device_is_made_safe_for_a_lapse_is_mark
     assert "its lease was over" in report.error.message
 
 
-def test_what_a_lapsed_lease_still_does_after_its_time_is_aborted():
+@pytest.mark.parametrize(("grace", "grace_s"), [("10 min", 600.0), ("7 h", 25200.0)])
+def test_what_a_lapsed_lease_still_does_after_its_time_is_aborted(grace, grace_s):
     async def told(story):
         await story.take(ttl_s=5.0)
         goal = await story.goal()
         await story.until("begins", goal)
-        await asyncio.sleep(5.0 + FINISH_S - 1.0)
+        await asyncio.sleep(5.0 + grace_s - 1.0)
         acts = list(story.lamp.acts)
         await asyncio.sleep(10.0)
         return acts, story.lamp.acts, story.device.calm
 
-    before, after, calm = Story.tell(told)
+    before, after, calm = Story.tell(told, lapse_grace=grace)
 
     assert before == [("begins", "g1")]
     assert after[1:3] == [("safe", ""), ("over", "g1")]  # made safe at once, and again below

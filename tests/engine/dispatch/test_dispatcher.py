@@ -1,10 +1,15 @@
 """The dispatcher by itself: what it makes of what its devices' clients tell it."""
 
+import asyncio
 import time
 from types import SimpleNamespace
 
+import pytest
+
 from labrun.engine.dispatch.dispatcher import Dispatcher, _at
 from labrun.engine.run.requests import Requests
+from labrun.engine.run.virtual_time import VirtualLoop
+from labrun.engine.tree.tick import DRAIN_S
 
 
 def test_a_stop_counts_where_it_is_heeded_and_only_of_a_device_that_the_run_uses():
@@ -48,3 +53,20 @@ def test_a_probe_is_queued_before_what_waits_for_its_device():
         dispatcher.request(SimpleNamespace(device="a", goal_id=name, outcome=None), first=first)
 
     assert [request.goal_id for request in dispatcher._queue] == ["probe", "one", "two"]
+
+
+@pytest.mark.parametrize(("grace_s", "waited_s"), [(3.0, 120.0), (600.0, 602.0)])
+def test_what_was_cancelled_is_waited_for_as_long_as_its_contract_says(grace_s, waited_s):
+    async def drained():
+        run = SimpleNamespace(journal=SimpleNamespace(flush=lambda: None), roles={})
+        dispatcher = Dispatcher(run, {"a": SimpleNamespace()})
+        role = SimpleNamespace(contract=SimpleNamespace(cancel_grace_s=grace_s))
+        dispatcher._under_way["g"] = SimpleNamespace(role=role, sent_at=0.0)
+        loop = asyncio.get_running_loop()
+        began = loop.time()
+        return await dispatcher.drain(DRAIN_S), loop.time() - began
+
+    with asyncio.Runner(loop_factory=VirtualLoop) as runner:
+        ended, took_s = runner.run(drained())
+
+    assert (ended, took_s) == (False, pytest.approx(waited_s))

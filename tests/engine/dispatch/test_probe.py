@@ -153,6 +153,17 @@ def test_a_denial_of_a_ledger_that_was_replaced_since_counts_for_nothing():
     assert outcome.error.name == STRANGER
 
 
+@pytest.mark.parametrize(
+    ("duration", "timeout_s"), [(None, 60.0), ("1 s", 60.0), ("2 min", 1230.0)]
+)
+def test_a_probe_may_take_as_long_as_its_contract_lets_any_action_take(duration, timeout_s):
+    last = CONTRACT.actions["last"].model_copy(update={"duration": duration})
+    told = CONTRACT.model_copy(update={"actions": {**CONTRACT.actions, "last": last}})
+    role = replace(ROLE, contract=told)
+
+    assert probe_request(history(), role, OURS, "fire").timeout_s == timeout_s
+
+
 def test_each_probe_is_a_goal_of_its_own_and_what_one_has_told_is_kept():
     first = probe_request(history(), ROLE, OURS, "fire")
     record = j.GoalSent(
