@@ -17,7 +17,11 @@ READ = "contracts.json"
 
 
 class ContractFault(ValueError):
-    """A contract file that cannot be read, with the reason."""
+    """A contract file that cannot be read, with the reason; `place`: where in its actions, if known."""
+
+    def __init__(self, message: str, place: tuple[str | int, ...] = ()) -> None:
+        super().__init__(message)
+        self.place = place
 
 
 def parse_contract(text: str, name: str) -> Contract:
@@ -43,7 +47,8 @@ def read_contract(path: Path) -> Contract:
     try:
         return parse_contract(path.read_text(encoding="utf-8"), str(path))
     except (OSError, UnicodeDecodeError) as fault:
-        raise ContractFault(f"contract {path} cannot be read: {fault}") from fault
+        why = getattr(fault, "strerror", None) or "it is not UTF-8 text"
+        raise ContractFault(f"contract {path} cannot be read: {why}") from fault
 
 
 @cache

@@ -9,6 +9,7 @@ import sys
 from functools import cache, lru_cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, TypeGuard
+from unicodedata import normalize
 
 from pydantic import AfterValidator
 
@@ -17,7 +18,9 @@ from ..system.start import without
 if TYPE_CHECKING:
     from pint import Quantity, UnitRegistry
 
-QUANTITY = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµμ°%Ω].*?)\s*$")
+# Any letter behind a number begins a unit, if perhaps an unknown one; so do °, ℃, Å and ㎜.
+_BEGINS = "A-Za-z°µ%‰\u00c0-\u00d6\u00d8-\u00f6\u00f8-\u024f\u0370-\u052f\u2100-\u214f\u3380-\u33df"
+QUANTITY = re.compile(rf"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([{_BEGINS}].*?)\s*$")
 
 KINDS = {
     "[length]": "a length",
@@ -55,7 +58,9 @@ GAS_FLOWS = ("sccm = cm**3 / min", "slm = L / min", "slpm = L / min")
 PLAIN = {unit: (kind, size) for kind, sizes in SIZES.items() for unit, size in sizes.items()}
 MEANT = {
     "gm": "g", "gr": "g", "Sec": "s", "mn": "min", "Kelvin": "K", "Celsius": "degC", "C": "degC", "F": "degF",
-    "U/min": "rpm", "U / min": "rpm",
+    "U/min": "rpm", "U / min": "rpm", "℃": "degC", "℉": "degF",
+    "мкм": "µm", "мм": "mm", "см": "cm", "с": "s", "мин": "min", "ч": "h",
+    "мкл": "µL", "мл": "mL", "мг": "mg", "г": "g",
 }  # fmt: skip
 """Units as people write them whom pint does not understand, or takes for others: C for coulomb."""
 WOULD_BE = {
@@ -146,7 +151,7 @@ def _did_you_mean(text: str, wanted: str | None = None) -> str:
 
 def _almost(text: str, unit: str) -> bool:
     """Whether they differ by capital letters, by one letter that comes twice, or by a dot."""
-    plain, other = text.casefold().rstrip("."), unit.casefold()
+    plain, other = normalize("NFKC", text).casefold().rstrip("."), unit.casefold()  # of ㎜, too
     return plain == other or re.sub(r"(.)\1+", r"\1", plain) == re.sub(r"(.)\1+", r"\1", other)
 
 

@@ -8,13 +8,14 @@ from typing import Any
 
 from ...schemas.also import broken_promises
 from ...schemas.contract import Contract, JsonSchema
-from ...schemas.contracts import ContractFault, read_contract, shipped_contracts
+from ...schemas.contracts import ContractFault, shipped_contracts
 from ...schemas.lab import Lab, LabDevice, Limit
 from ...schemas.patterns import check_schema, unknown_keywords, validator
 from ...schemas.problem import Problem
 from ...schemas.quantity import UnitError, magnitude_in, unit_of
 from ...system import NO_FILE, WINDOWS
 from ...system.extras import OF_DRIVERS, missing
+from ..language.file_text import file_text
 from ..language.shape import read_model
 from ..language.source import Source, parse_source, read_source
 from ..language.suggest import did_you_mean, listed
@@ -94,11 +95,11 @@ def load_lab(path: Path | None) -> tuple[LoadedLab | None, list[Problem]]:
     problems += more
     if lab is None:
         return None, problems
-    contracts, more = _contracts(lab, source, path)
+    contracts, more, unread = _contracts(lab, source, path)
     problems += more
     problems += said_contracts(lab, contracts, source)
     problems += _check_names(lab, source)
-    problems += _check_devices(lab, contracts, source, path)
+    problems += _check_devices(lab, contracts, source, path, unread)
     return LoadedLab(lab, path, contracts, source), problems
 
 
@@ -113,23 +114,45 @@ def _is_protocol(data: Any) -> bool:
 
 def _contracts(
     lab: Lab, source: Source, path: Path | None
-) -> tuple[dict[str, Contract], list[Problem]]:
+) -> tuple[dict[str, Contract], list[Problem], bool]:
+    """Contract type -> contract, the problems of the lab's own, and whether one could not be read."""
     contracts = dict(shipped_contracts())
-    problems, own = [], {}
+    problems: list[Problem] = []
+    own: dict[int, Contract] = {}
+    unread = False
     folder = path.parent if path is not None else Path()
     for index, name in enumerate(lab.contracts):
-        try:
-            contract = read_contract(folder / name)
-            check_schemas(contract, name)
-        except (ContractFault, ValueError) as fault:
-            problems.append(source.problem(("contracts", index), "E130", str(fault)))
-        else:
+        text = file_text(folder / name)
+        if not isinstance(text, str):
+            message = f"{name}: {text.message}"
+            problems.append(source.problem(("contracts", index), "E130", message, text.hint))
+            unread = True
+            continue
+        its, told = parse_source(text, folder / name, str(folder / name))
+        contract, more = _own_contract(its)
+        problems += [*told, *more]
+        if contract is not None and not any(one.severity == "error" for one in more):
             contracts[contract.type] = own[index] = contract
+        else:
+            unread = True
     for index, contract in own.items():
         if told := list(_also_faults(contract, contracts)):
             message = f"{contract.type} does not keep {'; '.join(told)}"
             problems.append(source.problem(("contracts", index), "E130", message))
-    return contracts, problems
+    return contracts, problems, unread
+
+
+def _own_contract(source: Source | None) -> tuple[Contract | None, list[Problem]]:
+    """A lab's own contract, and what is wrong in its file."""
+    if source is None:
+        return None, []
+    contract, problems = read_model(Contract, source.data, source, (), "a contract")
+    if contract is not None:
+        try:
+            check_schemas(contract)
+        except ContractFault as fault:
+            problems = [source.problem(("actions", *fault.place), "E130", str(fault))]
+    return contract, problems
 
 
 def _also_faults(contract: Contract, contracts: dict[str, Contract]) -> Iterator[str]:
@@ -141,27 +164,30 @@ def _also_faults(contract: Contract, contracts: dict[str, Contract]) -> Iterator
             yield f"{earlier}: {', '.join(broken)}"
 
 
-def check_schemas(contract: Contract, name: str) -> None:
+def check_schemas(contract: Contract) -> None:
     """Raise ContractFault for an invalid schema, unit or interlock in a contract."""
     from jsonschema import SchemaError
 
     for action_name, action in contract.actions.items():
-        check_interlock(f"{name}: {action_name}.interlock", action.interlock, contract.status)
+        try:
+            check_interlock(f"{action_name}.interlock", action.interlock, contract.status)
+        except ContractFault as fault:
+            raise ContractFault(str(fault), (action_name, "interlock")) from fault
         for part, schema in (("params", action.params), ("returns", action.returns)):
-            where = f"{name}: {action_name}.{part}"
+            where, place = f"{action_name}.{part}", (action_name, part)
             try:
                 check_schema(schema)
                 for path, known in unknown_keywords(schema):
                     guess = did_you_mean(path[-1], known)
-                    raise ContractFault(f"{where}: unknown key {'.'.join(path)}{guess}")
+                    message = f"{where}: unknown key {'.'.join(path)}{guess}"
+                    raise ContractFault(message, (*place, *path))
                 for unit in _units(schema):
                     unit_of(unit)
             except SchemaError as fault:
-                raise ContractFault(
-                    f"{where} is not a valid JSON Schema: {fault.message}"
-                ) from fault
+                message = f"{where} is not a valid JSON Schema: {fault.message}"
+                raise ContractFault(message, (*place, *fault.absolute_path)) from fault
             except UnitError as fault:
-                raise ContractFault(f"{where}: {fault}") from fault
+                raise ContractFault(f"{where}: {fault}", place) from fault
 
 
 def check_interlock(where: str, interlock: dict[str, Any], status: JsonSchema) -> None:
@@ -206,7 +232,7 @@ def _check_names(lab: Lab, source: Source) -> Iterator[Problem]:
 
 
 def _check_devices(
-    lab: Lab, contracts: dict[str, Contract], source: Source, path: Path | None
+    lab: Lab, contracts: dict[str, Contract], source: Source, path: Path | None, unread: bool
 ) -> Iterator[Problem]:
     ports: dict[int, str] = {}
     for name, device in lab.devices.items():
@@ -220,9 +246,10 @@ def _check_devices(
         if contract is None and broken(name, device, source):
             continue  # its config would say it, once it can be read
         if contract is None:
-            message = (
-                f"there is no contract {device.contract}{did_you_mean(device.contract, contracts)}"
-            )
+            guess = did_you_mean(device.contract, contracts)
+            if unread and not guess:
+                continue  # it may be in the file that has problems of its own
+            message = f"there is no contract {device.contract}{guess}"
             hint = f"known: {listed(contracts)}; `contracts:` lists a lab's own"
             yield source.problem(("devices", name, "contract"), "E130", message, hint)
         else:

@@ -22,6 +22,7 @@ from .moments import moment_text
 from .operators import words
 from .suggest import did_you_mean, listed
 from .wanted import TYPE_WORDS, ArgumentFault, Wanted, check_limit, outside, quotes_for_text, wants
+from .yaml_characters import odd_characters
 from .yaml_traps import point_for
 
 
@@ -78,7 +79,11 @@ def _in_unit(value: Any, unit: str, wanted: Wanted) -> Any:
             if _is_number(value):
                 number = f"if {value.strip()} {unit} is meant, write it without quotes"
             else:
-                number = point_for(value.strip()) or f"such as {wanted.param}: 1 {unit}"
+                number = (
+                    point_for(value.strip())
+                    or odd_characters(value)
+                    or f"such as {wanted.param}: 1 {unit}"
+                )
                 if value.isidentifier():
                     number += f", or ${{{{ {value} }}}} for what the name {value} stands for"
             raise wanted.fault(f"{words(value)} is text, {device_wants}", number)

@@ -12,7 +12,7 @@ from functools import lru_cache
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
-from ...schemas.quantity import is_quantity
+from ...schemas.quantity import is_number, is_quantity
 from .functions import CLOCKS, FUNCTIONS, LITERAL, literal
 from .operators import OPERATORS, words
 from .read_expression import CONSTANTS, ExpressionError, names_in, parse
@@ -260,7 +260,7 @@ def _bound(target: ast.expr, item: Any) -> dict[str, Any]:
 
 def _finite(value: Any) -> Any:
     number = value.magnitude if is_quantity(value) else value
-    if isinstance(number, float) and not math.isfinite(number):
+    if is_number(number) and not math.isfinite(number):  # OverflowError of a whole one
         raise ExpressionError("the result is not a finite number")
     return value
 

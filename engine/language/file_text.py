@@ -41,7 +41,7 @@ def file_text(path: Path) -> str | Unread:
             return _missing(path)
         size = path.stat().st_size
         if size > LARGEST:
-            message = f"the file has {size / 1e6:,.0f} MB; the limit is {LARGEST / 1e6:.0f} MB"
+            message = f"the file has {size:,} bytes; the limit is {LARGEST:,}"
             return Unread(message, "if it holds data, put the table in a CSV file", "E108")
         data = path.read_bytes()
     except PermissionError:
@@ -99,8 +99,12 @@ def _inside(folder: Path) -> str:
 def _missing(path: Path) -> Unread:
     from .suggest import closest
 
-    if path.exists():
+    if path.exists() or path.name == "-":
         return Unread("this is not a plain file", "save it as a file first")
+    if path.is_symlink():
+        return Unread(
+            f"this is a link to {path.readlink()}, and there is no such file", "make it anew"
+        )
     if not path.parent.is_dir():
         return Unread("there is no such file", f"there is no folder {path.parent} either")
     # By the stem: all that bench.yaml shares with bad.yaml is what every protocol ends in.

@@ -25,7 +25,7 @@ from ...schemas.quantity import (
 )
 from .moments import is_moment, moment_text
 
-MOST_BITS = 4096
+MOST_BITS = 1000
 LONGEST_TEXT = 100_000
 
 

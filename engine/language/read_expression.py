@@ -165,6 +165,8 @@ def _refuse_node(node: ast.AST, own: frozenset[str]) -> None:
         power = "; `**` is a power" if isinstance(node, ast.BitXor) else ""
         raise ExpressionError(f"{_construct(node)} is not allowed in an expression{power}")
     if isinstance(node, ast.Constant) and not _usable(node.value):
+        if isinstance(node.value, float):
+            raise ExpressionError("a number that is too large")
         raise ExpressionError(f"{node.value!r} is not allowed in an expression")
     if isinstance(node, ast.Attribute) and node.attr.startswith("_"):
         raise ExpressionError(f"a field name must not begin with _: {node.attr}")

@@ -12,7 +12,8 @@ OCTAL = re.compile(r"0o[0-7]+")
 HEX = re.compile(r"0x[0-9a-fA-F]+")
 FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
-LONGEST_NUMBER = 400
+LONGEST_NUMBER = 200
+"""Digits, of which a whole number is still within what a float can be, also one in hex."""
 
 
 class ScalarFault(ValueError):
@@ -42,7 +43,7 @@ def _number(text: str) -> Any:
         raise ScalarFault(f"{text} is not a number that a device can use")
     if len(text) > LONGEST_NUMBER:
         if FLOAT.fullmatch(text):
-            raise ScalarFault(f"a number of {len(text)} digits")
+            raise ScalarFault(f"a number of {len(text)} digits is too large")
         return text
     if INTEGER.fullmatch(text):
         return int(text)

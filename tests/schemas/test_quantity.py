@@ -48,6 +48,10 @@ def test_what_is_not_plain_is_left_to_pint(text):
     assert plainly(text, "mm") is None
 
 
+def test_an_angstrom_is_one_in_either_of_its_characters():
+    assert {magnitude_in(f"500 {sign}", "nm") for sign in "\u00c5\u212b"} == {50.0}
+
+
 def test_a_duration_in_any_unit_of_time_is_in_seconds():
     assert [seconds(text) for text in ("250 ms", "2 min", "1.5 h", "1 day", 3)] == [
         0.25, 120.0, 5400.0, 86400.0, 3.0,
@@ -63,6 +67,10 @@ def test_a_duration_in_any_unit_of_time_is_in_seconds():
         ("1 MM", "mm", "'MM' would be a megamolar; did you mean mm?"),
         ("1 PA", "Pa", "'PA' would be a petaampere; did you mean Pa?"),
         ("1 Sec", None, "'Sec' is not a unit; did you mean s?"),
+        ("2 ㎜", "mm", "'㎜' is not a unit; did you mean mm?"),
+        ("2 мкм", "mm", "'мкм' is not a unit; did you mean µm?"),
+        ("20 ℃", "K", "'℃' is not a unit; did you mean degC?"),
+        ("3 × 4", "mm", "'3 × 4' is not a number with a unit, such as `0.2 mm`"),
         ("0,5 mm", "mm", "'0,5 mm' is not a number with a unit, such as `0.5 mm`"),
     ],
 )

@@ -97,7 +97,8 @@ def _contract(wanted: str) -> tuple[Contract, str | None]:
         )
     try:
         contract = read_contract(Path(wanted))
-        check_schemas(contract, wanted)
+        check_schemas(contract)
     except ContractFault as fault:
-        raise CannotMake(str(fault)) from fault
+        said = "" if wanted in str(fault) else f"{wanted}: "
+        raise CannotMake(f"{said}{fault}") from fault
     return contract, Path(wanted).as_posix().removeprefix("./")

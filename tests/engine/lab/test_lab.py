@@ -55,13 +55,24 @@ def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
     assert told(write(tmp_path, LAB.replace("driver", "drivr"))) == ["E110 5:32"]
     with_config = LAB.replace("sim_gantry", "sim_gantry, config: {clock: fast, sede: 3}")
     assert told(write(tmp_path, with_config)) == ["E132 5:74"]
-    assert told(write(tmp_path, LAB.replace("furnace.yaml", "none.yaml"))) == [
-        "E130 2:13",
-        "E130 4:20",
-    ]
-    assert told(write(tmp_path, LAB, FURNACE.replace("degC", "degX"))) == ["E130 2:13", "E130 4:20"]
-    assert told(write(tmp_path, LAB, "type: oven@1\nactions: 3\n")) == ["E130 2:13", "E130 4:20"]
+    assert told(write(tmp_path, LAB.replace("furnace.yaml", "none.yaml"))) == ["E130 2:13"]
     assert told(tmp_path / "nowhere.yaml") == ["E100 1:1"]
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "place"),
+    [
+        ("degC", "degX", "E130 4:13"), ("maximum", "maximun", "E130 4:71"),
+        ("oven@1", "oven", "E112 1:7"), ("heat:", "heat:\n    effekt: once", "E110 4:5"),
+        ("  heat", "\theat", "E101 3:1"), (FURNACE, "", "E100 1:1"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_in_a_contract_is_told_at_its_place_there(tmp_path, right, wrong, place):
+    path = write(tmp_path, furnace=FURNACE.replace(right, wrong))
+    (problem,) = load_lab(path)[1]
+
+    assert f"{problem.code} {problem.line}:{problem.column}" == place
+    assert problem.file == str(tmp_path / "furnace.yaml")
 
 
 def test_a_check_leaves_no_file_where_it_was_called(tmp_path, monkeypatch):

@@ -79,6 +79,7 @@ def test_where_an_expression_cannot_be_read_on_is_told(text, says):
     [
         ("1 / 0", "divided by zero"), ("params.pich", "did you mean pitch"), ("nobody", "no name nobody"),
         ("params.pitch + 1", "no unit"), ("params.pitch + 1 s", "a length"), ("9 ** 9 ** 9", "too large"),
+        ("10 ** 250 * 10 ** 250", "too large"), ("1e400 mm", "too large"),
         ("point.tags[7]", "no item 7"), ("params.n.x", "no field x"), ("'a' * 1000000000", "multiplied"),
         ("span(0, 1, 0.3)", "0.9"), ("span(0, 1, 0)", "never reaches the end"), ("len(3)", "no length"),
         ("grid(x=3, y=4)", "span or a list"), ("format(1, '999999999d')", "not a format"),

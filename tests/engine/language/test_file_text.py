@@ -46,13 +46,20 @@ def test_a_folder_that_is_not_there_is_told(tmp_path):
     assert why(tmp_path / "null\0.yaml").code == "E100"
 
 
+@pytest.mark.posix("a link needs a right there")
+def test_a_link_that_leads_nowhere_is_told(tmp_path):
+    (tmp_path / "round.yaml").symlink_to("round.yaml")
+
+    assert why(tmp_path / "round.yaml").message.startswith("this is a link to round.yaml")
+
+
 def test_a_large_file_is_told_without_reading_it(tmp_path):
     large = tmp_path / "large.yaml"
     with large.open("wb") as file:
         file.truncate(50_000_000 if LARGEST < 50_000_000 else LARGEST + 1)
 
     assert why(large).code == "E108"
-    assert "50 MB; the limit is 10 MB" in why(large).message
+    assert "50,000,000 bytes; the limit is 10,000,000" in why(large).message
 
 
 @pytest.mark.posix("rights of this kind do not bind there")
