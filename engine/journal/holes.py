@@ -1,10 +1,14 @@
-"""The holes of a run: iterations that failed and were left out, and how they are measured again."""
+"""The holes of a run: iterations that failed and were left out, and how they are measured again.
+
+The iteration at which the run itself failed is one, too, where a `once` action in it failed after it had
+happened: a plain resume does not send it again, and would fail at it for ever.
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from ...schemas import journal as j
-from .course import MAIN
+from .course import MAIN, split_goal_id
 from .journal import Records
 from .past import upwards
 
@@ -27,11 +31,34 @@ class UnknownHole(ValueError):
 def holes_of(records: Iterable[j.JournalRecord]) -> list[Hole]:
     """Holes that can be measured again; of a hole with holes inside, only itself."""
     found: dict[str, Hole] = {}
+    shots: dict[str, str] = {}
+    failed: dict[str, str] = {}
+    ended: dict[str, Hole] = {}
     for record in records:
         match record:
+            case j.GoalSent() if record.effect == "once" and record.id.partition("/")[2].startswith(
+                MAIN
+            ):
+                shots[record.id] = split_goal_id(record.id)[0]
+                failed.pop(shots[record.id], None)
+            case j.GoalEnded() if record.id in shots:
+                path = shots.pop(record.id)
+                if record.error is not None and record.error.happened == "yes":
+                    failed[path] = record.error.message
+            case j.LoopEnded(fate="failed", loop=loop):
+                for path in [path for path in failed if path.startswith(f"{loop}/")]:
+                    key = path.removeprefix(f"{loop}/").partition("/")[0]
+                    ended.setdefault(path, Hole(f"{loop}/{key}", key, failed[path]))
+            case j.Finished(fate="failed"):
+                for path, hole in ended.items():
+                    if record.detail.startswith(f"{path}: "):
+                        found[hole.path] = hole
+                ended.clear()
             case j.IterationEnded(loop=loop) if loop.startswith(MAIN):
                 path = f"{loop}/{record.key}"
                 found.pop(path, None)
+                for inner in [inner for inner in failed if inner.startswith(f"{path}/")]:
+                    del failed[inner]
                 if record.fate == "failed":
                     _drop_inside(found, path)
                     found[path] = Hole(path, record.row_key, record.message)

@@ -168,9 +168,12 @@ def ending_lines(event: Event) -> list[str]:
     place = Path(event.data["folder"])
     run = event.path.rpartition("_")[2] if place.parent == Path("runs") else str(place)
     resume = f'labrun resume "{run}"' if " " in run else f"labrun resume {run}"
-    if event.data.get("resumable", event.state != "succeeded"):
+    if event.data.get("stands"):
+        lines.append("what failed has happened, so it is done again only if you ask for it")
+        lines.append(f"measure that point again, and continue, with: {resume} --holes")
+    elif event.data.get("resumable", event.state != "succeeded"):
         lines.append(f"continue with: {resume}")
-    if holes := event.data["holes"]:
+    if (holes := event.data["holes"]) and not event.data.get("stands"):
         what = f"its {holes:,} holes" if holes > 1 else "its hole"
         lines.append(f"measure {what} again with: {resume} --holes")
     return lines

@@ -81,6 +81,20 @@ def test_all_holes(bench):
     assert ran.finished.points.model_dump() == {"plan": 4, "measured": 4, "failed": 0, "left": 0}
 
 
+def test_the_point_at_which_the_run_failed(bench):
+    """No `keep_going`: the run failed at a shot that had happened -> A plain resume fails there again, and
+    sends no shot; its last lines say so. `--holes` measures that iteration again, and the run goes on."""
+    bench.run(LOOP.replace("keep_going: true", "").replace("[1, 2]", "[1]"))
+    plain = bench.resume()
+
+    ran = bench.resume(holes=True)
+
+    assert (plain.status, plain.sent.count("x1")) == (1, 1)
+    assert (ran.status, ran.sent.count("x1")) == (0, 2)
+    assert shots(ran)[-3:] == ["main/all/1/pass:2/x/1", "main/all/2/x/1", "main/all/3/x/1"]
+    assert ran.finished.points.model_dump() == {"plan": 4, "measured": 4, "failed": 0, "left": 0}
+
+
 def test_rows_are_replaced(bench):
     """A hole is measured again -> Its row is replaced; the journal has both."""
     bench.run(LOOP)
