@@ -20,6 +20,6 @@ test('amounts are points, shots, and how often a person is needed', () => {
   const track = { x_mm: [1, 2, 3], outside: [1] }
 
   expect(amountWords(preview({ tracks: [track], shots: 1071, needs_you: ['ok?'] }))).toBe(
-    '3 points · 1,071 laser shots · 1 outside the work area · needs you 1×',
+    '3 points · 1,071 laser shots · 1 outside the work area · needs you',
   )
 })

@@ -29,6 +29,6 @@ export function amountWords(preview: Preview): string {
     points ? `${counted(points, 'point')}${preview.full ? ' and more' : ''}` : '',
     preview.shots ? counted(preview.shots, 'laser shot') : '',
     outside ? `${outside.toLocaleString('en')} outside the work area` : '',
-    preview.needs_you.length ? `needs you ${preview.needs_you.length}×` : 'runs unattended',
+    preview.needs_you.length ? 'needs you' : 'runs unattended',
   ].filter(Boolean).join(' · ')
 }
