@@ -100,9 +100,11 @@ class Text(LineBridge):
         try:
             await self.greet(hello)
         except (NoAnswer, BadAnswer) as fault:
+            said = f"{self.lines}: {fault}"
+            if isinstance(hello.send, str) and f"answered {hello.send!r}"[:-1] in said:
+                raise OSError(f"{said}; it repeats what it hears: say `echo: true`") from fault
             raise OSError(
-                f"{self.lines}: {fault}; is another device there, or are its terminator or baud rate "
-                f"others?"
+                f"{said}; is another device there, or are its terminator or baud rate others?"
             ) from fault
         except ActionFailed as failure:
             raise OSError(failure.message) from failure

@@ -90,6 +90,11 @@ def new(
         elif contract is not None or source is not None or speaks is not None:
             option = "--contract" if contract else "--from" if source else "--speaks"
             raise CannotMake(f"{option} is for devices: labrun new device {name[0]}")
+        elif name[0] == "device" and template is None:
+            raise CannotMake(
+                "which device? labrun new device kiln; "
+                "a protocol of that name: labrun new device --template grid_scan"
+            )
         else:
             _new_protocol(name[0], template or "grid_scan", lab)
 
@@ -132,7 +137,9 @@ def _speaking_device(name: str, language: str, contract: str | None) -> None:
     from ..new.device.make import LAB, speaking_device
 
     if language not in ("scpi", "lines"):
-        raise CannotMake(f"--speaks {language}: a device speaks scpi or lines")
+        raise CannotMake(
+            f"--speaks {language}: a device speaks scpi or lines; registers are --from modbus:registers.csv"
+        )
     entry, contract_file = speaking_device(name, language, contract)
     if _write_said(name, entry, contract_file):
         print(f"{LAB} is written. Say where it is, and make its actions those of yours. Next:")

@@ -270,7 +270,11 @@ def _way_on(path: Place, message: str, value: Any) -> str:
     if path[-1] == "do" and isinstance(value, list):
         return "one action each step; `parallel: [...]` begins several together"
     if path[-2:-1] in (("params",), ("returns",)) and isinstance(value, str):
-        return f"write {path[-1]}: {{unit: {value}}}"
+        kind = {"int": "integer", "float": "number", "str": "string", "bool": "boolean"}.get(
+            value, value
+        )
+        is_type = kind in ("number", "integer", "string", "boolean", "array", "object")
+        return f"write {path[-1]}: {{{'type' if is_type else 'unit'}: {kind}}}"
     if "needs a list" in message and isinstance(value, str) and " " not in value.strip():
         return f"write `- do: {value}` below it" if "." in value else f"write [{value}]"
     return WRITTEN.get(_name(path), "")

@@ -159,6 +159,13 @@ def test_another_instrument_is_known_by_its_hello(peer, once):
         once("text", config(peer().where, hello=hello), "voltage")
 
 
+def test_one_that_repeats_what_it_hears_is_told_as_that(peer, once):
+    hello = {"send": "*IDN?", "answer": "ACME.*", "timeout": "0.3 s"}
+    with pytest.raises(OSError, match="say `echo: true`"):
+        said = config(peer(echo=True, prompt="DM> ").where, hello=hello, prompt="DM> ")
+        once("text", said, "voltage")
+
+
 def test_one_that_speaks_by_itself_is_listened_to(peer, once):
     there = peer(chatter="T=21.5 C")
     heard = {"answer": "T=(.*)", "effect": "pure", "returns": {"t": {"unit": "K"}}}

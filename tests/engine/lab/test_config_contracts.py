@@ -128,6 +128,7 @@ def test_what_is_said_wrongly_is_told_at_its_place(tmp_path, old, new, told):
         ("    config:", "    port: COM3\n    config:", "`config`: config: {port: COM3}"),
         ("    config:", "    baud: 9600\n    config:", "what its driver needs goes under `config`"),
         ("{voltage: {type: number, unit: V}}", "{voltage: V}", "write voltage: {unit: V}"),
+        ("{voltage: {type: number, unit: V}}", "{voltage: int}", "write voltage: {type: integer}"),
         (
             '{query: "MEAS:VOLT:DC?", returns',
             '{query: "MEAS:VOLT:DC?", unit: V, returns',

@@ -216,6 +216,7 @@ def test_a_contract_is_kept_by_a_lab_entry_alone(tmp_path, language, contract):
         (("scan", "--from", "pymeasure:a.B"), "--from is for devices: labrun new device scan"),
         (("device", "x", "--from", "a:B", "--contract", "gantry@1"), "leave out --contract"),
         (("device", "x", "--from", "modbus"), "says no instrument: write, for example, modbus:"),
+        (("device",), "which device? labrun new device kiln"),
         (("my", "scan"), "give one name; a name with spaces in quotes: 'my scan'"),
     ],
 )
