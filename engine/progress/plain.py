@@ -6,7 +6,7 @@ from typing import TextIO
 
 from ...schemas.event import KINDS, Event
 from ...system.pace import duration_text, rate_text
-from .progress import Progress, choices_text, ending_lines, ending_text, line_of
+from .progress import Progress, choices_text, ending_lines, ending_text, harmless, line_of
 
 EVERY_S = 5.0
 
@@ -26,7 +26,7 @@ class PlainWatch:
         self.progress.take(event)
         line = self._line(event)
         if line:
-            print(line, file=self.out, flush=True)
+            print(harmless(line), file=self.out, flush=True)
 
     def _line(self, event: Event) -> str:
         match event.event:

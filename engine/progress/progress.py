@@ -1,5 +1,6 @@
 """What a person watching a run wants to know: points done, rate, time left, what runs now."""
 
+import re
 import time
 from collections import deque
 from dataclasses import dataclass, field
@@ -12,6 +13,9 @@ from ..run.questions import HAPPENED
 
 WINDOW = 30
 """The rate is that of the last so many points: what was slow at first says nothing of the rest."""
+
+OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+"""What moves the cursor, changes colours, rings, or turns the direction of writing."""
 
 
 @dataclass(slots=True)
@@ -128,6 +132,11 @@ def value_text(value: object) -> str:
     if isinstance(value, list):
         return ", ".join(value_text(item) for item in value) or "none"
     return "-" if value is None else str(value)
+
+
+def harmless(text: str) -> str:
+    """A text without what a terminal obeys: an instrument's answer may hold anything."""
+    return OBEYED.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
 def line_of(event: Event) -> str:

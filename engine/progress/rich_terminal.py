@@ -15,7 +15,7 @@ from ...system.process import user_name
 from ..control.control import Control
 from ..run.questions import Question, WrongAnswer
 from ..run.run import Run
-from .progress import Progress, choices_text, ending_lines, ending_text, line_of
+from .progress import Progress, choices_text, ending_lines, ending_text, harmless, line_of
 
 FRAMES_A_SECOND = 8
 STYLES = {"control": "yellow", "report": "green"}
@@ -88,7 +88,7 @@ class RichWatch:
         return line
 
     def _say(self, text: str, style: str = "") -> None:
-        self.console.print(text, style=style or None, highlight=False, markup=False)
+        self.console.print(harmless(text), style=style or None, highlight=False, markup=False)
 
     def _end(self, event: Event) -> None:
         self._hide()
@@ -104,8 +104,10 @@ class RichWatch:
 
     def _ask(self, event: Event) -> None:
         self._hide()
-        choices = choices_text(event)
-        self.console.print(f"[bold]?[/] {event.text} [{choices}] ", markup=True, end="")
+        asked = harmless(f" {event.text} [{choices_text(event)}] ")
+        self.console.print(
+            Text.assemble(("?", "bold"), asked), end=""
+        )  # no markup: [yes/no] is text
         self.keyboard.open()
 
     def _typed(self, line: str) -> None:

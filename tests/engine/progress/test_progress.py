@@ -6,7 +6,7 @@ import pytest
 
 from labrun.engine.progress import plain as plain_module
 from labrun.engine.progress import progress as progress_module
-from labrun.engine.progress.progress import Progress, ending_lines
+from labrun.engine.progress.progress import Progress, ending_lines, harmless
 from labrun.schemas.event import Event
 from labrun.system.pace import rate_text
 
@@ -94,3 +94,7 @@ def test_no_rate_is_told_before_there_is_one(monkeypatch):
     first, *_, last = out.getvalue().splitlines()
     assert first == "0/9 points (0 %), 0 failed; now libs.measure"
     assert last == "4/9 points (44 %), 0.5/s, 0:10 left, 0 failed; now libs.measure"
+
+
+def test_what_a_terminal_obeys_is_shown_not_sent():
+    assert harmless("50 µL\tok\n\x1b[2J\x07\u202e 👩‍🔬") == "50 µL\tok\n\\x1b[2J\\x07\\u202e 👩‍🔬"

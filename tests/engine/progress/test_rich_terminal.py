@@ -47,9 +47,9 @@ class Terminal:
 def test_a_question_is_answered_at_the_keyboard_and_the_run_goes_on(tmp_path, bench):
     terminal = Terminal(
         tmp_path, bench.lab,
-        "steps:\n  - {id: sure, confirm: 'All closed?'}\n  - {do: a.act, with: {name: x}}\n",
+        "steps:\n  - {id: sure, confirm: 'All [/red] closed?'}\n  - {do: a.act, with: {name: x}}\n",
     )  # fmt: skip
-    terminal.wait_for("All closed?")
+    terminal.wait_for("All [/red] closed? [yes/no] ")
 
     terminal.type("perhaps\n")
     terminal.wait_for("choose yes, no")
