@@ -76,7 +76,7 @@ from ..language.types import Type, in_words
 from ..language.value import Constant, Text, Value
 from ..survey.spots import Spot
 from .context import Context
-from .texts import as_quantity, texts_like_quantities
+from .texts import as_quantity, items_like_quantities, texts_like_quantities
 
 CODES = {
     "E307": "something that cannot be computed with the values it has",
@@ -88,6 +88,7 @@ CODES = {
 def check(context: Context) -> Iterator[Problem]:
     """Every place that may hold an expression, and the durations that may not."""
     texts = {name: as_quantity(name, text) for _, name, text in texts_like_quantities(context)}
+    texts |= {name: as_quantity(name, items) for name, items in items_like_quantities(context)}
     for spot in context.survey.spots:
         yield from _check(context, spot, texts)
     for at in context.survey.steps:
@@ -99,9 +100,10 @@ def _check(context: Context, spot: Spot, texts: Mapping[str, str]) -> Iterator[P
     if isinstance(spot.value, Exception):
         return
     kind, faults = spot.inferred()
+    as_text = next((texts[name] for name in spot.value.names & texts.keys()), "")
     for fault in faults:
         if fault.code in CODES:
-            hint = next((texts[name] for name in spot.value.names & texts.keys()), fault.hint)
+            hint = as_text or fault.hint
             yield context.source.problem(spot.place, fault.code, fault.message, hint)
     if faults:
         return
@@ -119,7 +121,7 @@ def _check(context: Context, spot: Spot, texts: Mapping[str, str]) -> Iterator[P
     if folded.fault or folded.loops:
         message = folded.fault or _first_fault(spot)
         if message:
-            yield context.source.problem(spot.place, "E307", message)
+            yield context.source.problem(spot.place, "E307", message, as_text)
         return
     wrong = _wrong_value(spot, folded.value) if folded.known else _wrong_type(spot, kind)
     if wrong:

@@ -32,7 +32,7 @@ import re
 from collections.abc import Iterator
 
 from ...schemas.problem import Problem
-from ...schemas.protocol import Set
+from ...schemas.protocol import Foreach, Set
 from ...schemas.quantity import QUANTITY, UnitError, parse_quantity
 from ..language.shape import Place
 from ..language.value import Text
@@ -44,6 +44,8 @@ BARE = ("set", "collect", "output", "text")
 VALUES = ("set", "collect", "output", "argument")
 """Where a value keeps its type if nothing stands beside it."""
 NAMED = re.compile(r"(?:params|steps)(?:\.[A-Za-z_]\w*)+")
+MOST = 4
+"""Items of a loop that a hint repeats."""
 CODES = {"W420": "text that looks like a quantity and is used in calculations"}
 
 
@@ -86,6 +88,16 @@ def texts_like_quantities(context: Context) -> Iterator[tuple[Place, str, str]]:
         for name, value in step.set.items():
             if isinstance(value, str) and _is_quantity(value):
                 yield (*at.place, "set", name), name, value
+
+
+def items_like_quantities(context: Context) -> Iterator[tuple[str, str]]:
+    """Name and items of each loop through texts such as `[5 mm, 1 cm]`, as one text."""
+    for step, _ in context.steps(Foreach):
+        for name, items in step.foreach.items():
+            if isinstance(items, list) and all(
+                isinstance(i, str) and _is_quantity(i) for i in items
+            ):
+                yield name, f"[{', '.join(items[:MOST])}{', ...' if items[MOST:] else ''}]"
 
 
 def as_quantity(name: str, text: str) -> str:
