@@ -20,7 +20,7 @@ EXTRAS = {
     "gui": ("pyautogui", "PIL", "cv2", "numpy"),
     "ros": ("roslibpy",),
     "dask": ("distributed", "dask"),
-    "formats": ("avaread", "h5py", "sif_parser", "spc_io"),
+    "formats": ("avaread", "h5py", "python_calamine", "sif_parser", "spc_io"),
     "export": ("h5py", "mcap", "tifffile", "numpy"),
     "notebook": ("pandas", "tqdm", "xarray"),
     "optimize": ("sklearn", "scipy", "threadpoolctl", "numpy"),

@@ -16,23 +16,19 @@ from ..spectrum.text_bytes import shown, text_bytes
 TEXT = {".csv", ".tsv", ".txt", ".dat", ".asc", ".xy", ".prn", ".ttt", ".trt", ".ssm", ".jaz"}
 OTHER = {
     ".npy", ".spc", ".sif", ".h5", ".hdf5", ".nxs", ".jdx", ".dx",
-    ".raw8", ".raw8x", ".rwd8", ".irr8", ".rfl8", ".rfl8x", ".str8",
+    ".raw8", ".raw8x", ".rwd8", ".irr8", ".rfl8", ".rfl8x", ".str8", ".roh", ".trm",
+    ".spe", ".procspec",
 }  # fmt: skip
 SUFFIXES = {*TEXT, *OTHER}
 PACKED = ".gz"
-AVASOFT_7 = "a binary file of AvaSoft 7, for which there is no kept reader; export it as text"
+MAY_BE_ANY = "may be any table, and is read only if you name it"
 UNREAD = {
-    ".rmd": AVASOFT_7, ".roh": AVASOFT_7, ".rcm": AVASOFT_7, ".trm": AVASOFT_7,
-    ".spe": "a Princeton file; export it as CSV or HDF5",
-    ".procspec": "a file of SpectraSuite's own; export it as text",
     ".wdf": "a Renishaw file; export it as text",
     ".fits": "a FITS file; save its table as CSV",
-    ".xlsx": "a spreadsheet; export it as CSV",
-    ".xls": "a spreadsheet; export it as CSV",
-    ".ods": "a spreadsheet; export it as CSV",
     ".zip": "an archive; unpack it",
-    ".mat": "a MATLAB file; save its variables as CSV or HDF5",
-}  # fmt: skip
+    **dict.fromkeys((".xlsx", ".xls", ".xlsb", ".ods"), f"a spreadsheet {MAY_BE_ANY}"),
+    **dict.fromkeys((".mat", ".npz", ".parquet", ".feather"), f"a file of this kind {MAY_BE_ANY}"),
+}
 BEGINNING = 8192  # bytes that are examined
 HEADING = re.compile(r"wave|lambda|λ|wl\b|nm\b|ang|å|pixel|channel|x\b", re.I)
 SHOWN = 40

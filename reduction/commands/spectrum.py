@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def spectrum(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="A text, .npy, .spc, .sif, HDF5 or AvaSoft file.")
+        Path, typer.Argument(metavar="FILE", help="Text, a spreadsheet, or a spectrometer's file.")
     ],
     out: Annotated[
         Path | None, typer.Option("-o", "--out", help="Output folder; FILE's folder by default.")

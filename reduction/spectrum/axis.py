@@ -21,11 +21,20 @@ NAMED: tuple[tuple[Unit, re.Pattern[str]], ...] = (
     ("eV", re.compile(r"\beV\b", re.I)),
     ("m", re.compile(r"[(\[]m[)\]]|^met(er|re)s?$|^m$")),
 )
-NO_WAVELENGTH = re.compile(r"raman|shift|frequency|\b[TG]Hz\b", re.I)
+NO_WAVELENGTH = re.compile(r"raman|shift|frequency|\b[TG]Hz\b|\brel\W{0,2}(1/cm|cm)", re.I)
+WAVELENGTH = re.compile(
+    r"wave\s?len|\bw\.?v?l(\b|_)|lambda|wellenl|longueur|longitud|lunghezza|длин|波长|波長|파장|λ",
+    re.I,
+)
 SHORTEST_NM, LONGEST_NM = (
     100.0,
     3_000.0,
 )  # no plasma is observed outside this range, through any window or air
+LEAST_SHIFT, USUAL_SHIFT, MOST_SHIFT = (
+    -1_000.0,
+    1_000.0,
+    4_500.0,
+)  # where Raman spectra end, in cm-1
 USUAL_NM = 1_200.0  # limit of silicon: beyond it, steps of exactly 1 are channel numbers
 
 
@@ -64,25 +73,37 @@ def in_nm(values: FloatArray, unit: Unit = "nm", said: bool = False) -> FloatArr
     if inside:
         return nm
     likely = [one for one in UNITS if _plausible(_nm(values, one))]
-    hint = (
-        f"; if they are in {' or '.join(likely)}, say so in a heading, or use --unit {likely[0]} "
-        f"(unit={likely[0]!r})"
-        if likely
-        else ""
-    )
+    hint = ""
+    if likely:
+        hint = (
+            f"; if they are in {' or '.join(likely)}, say so in a heading, or use --unit {likely[0]} "
+            f"(unit={likely[0]!r})"
+        )
+    elif np.min(values) > LEAST_SHIFT and USUAL_SHIFT < np.max(values) < MOST_SHIFT:
+        hint = "; are these Raman shifts? Export the spectrum over wavelengths in nm"
     raise Unreadable(
         f"the wavelengths run from {first:g} to {last:g} nm, outside the range of any spectrum{hint}"
     )
 
 
-def check_unsaid(values: FloatArray) -> None:
-    """Raise Unreadable for wavelengths without a unit that in nm would be beyond all usual detectors,
-    and in angstrom within."""
-    if values.min() >= USUAL_NM and values.max() <= LONGEST_NM and not counts_channels(values):
+def check_unsaid(values: FloatArray, wavelengths: bool) -> None:
+    """Raise Unreadable for an axis without a unit that in nm would be beyond most detectors.
+
+    wavelengths: it is said that it has these, so that only those beyond all usual detectors are a question.
+    """
+    low, high = float(np.min(values)), float(np.max(values))
+    if not USUAL_NM <= high <= LONGEST_NM or counts_channels(values):
+        return
+    if low >= USUAL_NM:
         raise Unreadable(
-            f"no heading says the unit of the wavelengths, {values.min():g} to {values.max():g}: in nm no "
+            f"no heading says the unit of the wavelengths, {low:g} to {high:g}: in nm no "
             "line that is known here would be among them; say it with --unit angstrom (unit='angstrom'), "
             "or --unit nm"
+        )
+    if not wavelengths:
+        raise Unreadable(
+            f"nothing says what the axis is, from {low:g} to {high:g}: wavelengths in nm, or Raman shifts, "
+            "of which nothing could be told here; if it is in nm, use --unit nm (unit='nm')"
         )
 
 

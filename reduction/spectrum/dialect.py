@@ -18,7 +18,8 @@ BAD_CHANNEL = (
     "#n/a", "#nv", "#value!", "#num!", "1.#qnan", "-1.#ind", "1.#ind", "1.#inf", "-1.#inf",
     "over", "overflow", "ovld", "sat", "saturated",
 )  # fmt: skip
-NUMBER = re.compile(r"[+-]?(\d[\d.,]*|[.,]\d+)([eEdD][+-]?\d+)?")
+NUMBER = re.compile(r"[+-]?(\d[\d.,]*|[.,]\d+|\d{1,3}([ ']\d{3})+([.,]\d*)?)([eEdD][+-]?\d+)?")
+THOUSANDS_APART = re.compile(r"(?<=\d)[ '](?=\d{3})")
 UNIT_WORD = re.compile(
     r"[\[(]?\s*(nm|å|a|ang\w*|[µμup]m|counts?|a\.?\s?u\.?|arb\.?.*|dn|%|cts|nanomet\w*)\s*[\])]?"
     r"|\[[^\[\]]+\]|\([^()]+\)",
@@ -57,7 +58,7 @@ def fields_of(line: str, separator: str) -> list[str]:
     """The fields of a line; quotes around them are taken off."""
     line = line.strip()
     if separator == SPACES:
-        return line.split()
+        return line.split() or [""]
     fields = _csv(line, separator) if '"' in line else line.split(separator)
     return [field.strip() for field in fields]
 
@@ -81,6 +82,8 @@ def numeric(field: str) -> bool:
 
 def is_row(fields: list[str]) -> bool:
     """Whether a line holds numbers: two at least, or one and a channel without a count."""
+    if not fields:
+        return False
     numbers = sum(map(numeric, fields))
     empty = sum(field.lower() in BAD_CHANNEL for field in fields)
     first = numeric(fields[0]) or fields[0].lower() in BAD_CHANNEL[1:]
@@ -181,6 +184,8 @@ def value(field: str, decimal: str) -> float:
         return math.nan
     if "_" in field:
         raise ValueError(field)
+    if not field.isalnum() and NUMBER.fullmatch(field):
+        field = THOUSANDS_APART.sub("", field)
     field = field.replace("D", "e").replace("d", "e")
     if "," not in field and (decimal == "." or "." not in field):
         return float(field)

@@ -3,6 +3,7 @@
 What cannot be read with certainty is refused, with the line and the way on.
 """
 
+import itertools
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -11,8 +12,22 @@ from pathlib import Path
 import numpy as np
 
 from .axis import NM_PER, Unit, check_unsaid, in_nm
+from .columns import MOST_SHARED
 from .fault import Unreadable
-from .formats import avantes, hdf5, jcamp, npy, sif, spc
+from .formats import (
+    arrow,
+    avantes,
+    avantes7,
+    hdf5,
+    jcamp,
+    mat,
+    npy,
+    procspec,
+    sif,
+    spc,
+    spe,
+    spreadsheet,
+)  # fmt: skip
 from .formats.library import lacking
 from .interleaved import taken_apart
 from .readout import Readout
@@ -21,8 +36,11 @@ from .source import beginning_of, bytes_of, unpacked
 from .spectrum import FloatArray, IntArray, Spectrum
 from .text import read_text
 
-FORMATS = (npy, hdf5, sif, spc, avantes, jcamp)
-BY_LIBRARIES = (hdf5, sif, spc, avantes)
+FORMATS = (
+    npy, mat, hdf5, arrow, spreadsheet, procspec, sif, spe, avantes7, spc, avantes, jcamp,
+)  # fmt: skip
+WITH_COLUMNS = {hdf5, mat, arrow, spreadsheet}
+BY_LIBRARIES = (hdf5, sif, spc, avantes, spreadsheet)
 BEGINNING = 1024  # bytes, which tell what format a file has
 LEAST_DISTINCT = 0.6  # of the wavelengths; fewer are not the axis of one spectrum
 LEAST_ALIKE = 0.5  # median correlation of the roots of counts: shots of one sample have .9 and more
@@ -61,13 +79,13 @@ def read_shots(
     if not good.any():
         raise Unreadable("the spectrum has no numeric intensity")
     in_unit = unit or told.unit or "nm"
-    if unit is None and told.unit is None:
-        check_unsaid(axis)
     if unit is None and in_unit != "nm":
         what = "wavelengths" if in_unit in NM_PER else "the axis is"
         notes.append(f"{what} in {in_unit}, as the file says")
     said = unit is not None or told.unit is not None
     shots = _ascending(in_nm(axis, in_unit, said), counts, notes)
+    if not said:
+        check_unsaid(shots.wavelength_nm, told.wavelengths)
     return _with_light(replace(shots, notes=tuple(notes)))
 
 
@@ -89,10 +107,12 @@ def without_reader(paths: Iterable[Path]) -> dict[str, list[Path]]:
 def _readout(raw: bytes, columns: tuple[str, ...] | None) -> Readout:
     for format in FORMATS:
         if format.begins(raw):
-            if format is hdf5:
-                return hdf5.read(raw, columns)
+            if format in WITH_COLUMNS:
+                return format.read(raw, columns)
             if columns is not None:
-                raise Unreadable(f"--columns is for text and HDF5; this is {format.NAME}")
+                raise Unreadable(
+                    f"--columns is for tables and named datasets; this is {format.NAME}"
+                )
             return format.read(raw)
     return read_text(raw, columns)
 
@@ -162,6 +182,7 @@ def _sorted(nm: FloatArray, counts: FloatArray, notes: list[str]) -> tuple[Float
     if back > max(SOME_BACK * len(steps), 1):
         notes.append("the rows were not in the order of their wavelengths, and were sorted")
     elif back:
+        _check_ranges(nm, steps)
         notes.append(f"the wavelengths go back at {back} places: {back + 1} ranges")
         kept = _ranges_kept(nm, steps)
         if kept is not None:
@@ -185,6 +206,17 @@ def _once(nm: FloatArray, counts: FloatArray, notes: list[str]) -> Shots:
         count = np.bincount(row[ok], minlength=len(unique))
         np.divide(total, count, out=out, where=count > 0)
     return Shots(unique, mean)
+
+
+def _check_ranges(nm: FloatArray, steps: FloatArray) -> None:
+    """Raise Unreadable where two ranges are of the same light: they are two spectra."""
+    ends = sorted((part[0], part[-1]) for part in np.split(nm, np.flatnonzero(steps < 0) + 1))
+    most = max(min(one[1], two[1]) - two[0] for one, two in itertools.pairwise(ends))
+    if most > MOST_SHARED * float(np.ptp(nm)):
+        raise Unreadable(
+            f"{len(ends)} spectra stand one below the other, each with wavelengths of its own over the same "
+            "range; write a file for each"
+        )
 
 
 def _ranges_kept(nm: FloatArray, steps: FloatArray) -> IntArray | None:

@@ -10,10 +10,11 @@ from .spectrum import FloatArray
 class Readout:
     """axis: shape (n,), in `unit`, None where the file does not say it. shots: shape (k, n), counts.
 
-    notes: sentences for the reader of the tables.
+    notes: sentences for the reader of the tables. wavelengths: whether the file says that these are the axis.
     """
 
     axis: FloatArray
     shots: FloatArray
     unit: Unit | None = None
     notes: tuple[str, ...] = ()
+    wavelengths: bool = True

@@ -187,4 +187,6 @@ def _read(text, at, fields, ends, axis, separator, decimal) -> Readout | None:
         notes.append(
             f"not used: {', '.join(called[:SHOWN])}" + (" ..." if len(called) > SHOWN else "")
         )
-    return Readout(axis, np.array(rows), None, tuple(notes))
+    return Readout(
+        axis, np.array(rows), None, tuple(notes), not all(map(numeric, fields[begin:end]))
+    )

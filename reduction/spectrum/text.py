@@ -9,7 +9,7 @@ import re
 
 import numpy as np
 
-from .axis import Unit, unit_named
+from .axis import WAVELENGTH, Unit, unit_named
 from .columns import AXIS, check_above, choose, side_by_side
 from .dialect import COMMENT, Dialect, fields_of, find, lines_of, numeric, value
 from .fault import Unreadable
@@ -20,6 +20,7 @@ from .text_bytes import shown, text_bytes
 
 SHOWN = 40  # characters of a faulty line shown in an error
 WHOLE = re.compile(r"[+-]?\d+")
+LABSPEC = re.compile(r"#Spectro\s*\(cm", re.I)
 ALIKE = 50  # lines with equal decimals: no program that drops zeros writes so many
 LAST_DECIMALS, LAST_DECIMALS_OR_COMMA = re.compile(rb"\.(\d+)\s*$"), re.compile(rb"[.,](\d+)\s*$")
 CUT = "; was the file cut off while it was written?"
@@ -54,17 +55,23 @@ def read_text(raw: bytes, columns: tuple[str, ...] | None = None) -> Readout:
         notes.append("decimal commas")
     headings = dialect.headings
     if columns is None:
-        headings, table, said = side_by_side(headings, table)
-        notes += said
+        headings, table, more = side_by_side(headings, table)
+        notes += more
     chosen = choose(headings, table, columns)
     if columns is None:
         check_above(dialect.above)
     unit = chosen.unit or _unit_above(dialect)
-    return Readout(table[chosen.axis], table[list(chosen.shots)], unit, (*notes, *chosen.notes))
+    name = headings[chosen.axis] if headings else ""
+    said = any(WAVELENGTH.search(line) for line in (name, *dialect.above))
+    return Readout(
+        table[chosen.axis], table[list(chosen.shots)], unit, (*notes, *chosen.notes), said
+    )
 
 
 def _unit_above(dialect: Dialect) -> Unit | None:
-    """The unit in a heading that cannot be split into columns."""
+    """The unit in a heading that cannot be split into columns, or in LabSpec's place of its grating."""
+    if any(LABSPEC.match(line) for line in dialect.above):
+        return "cm-1"
     if dialect.headings or not dialect.above or not AXIS.search(dialect.above[-1]):
         return None
     return unit_named(dialect.above[-1])
@@ -182,6 +189,8 @@ def _wide(text: bytes, dialect: Dialect) -> tuple[FloatArray, bool]:
             rows.append(row)
             if commas:
                 fields.append(fields_of(shown(raw), ",")[: dialect.columns])
+    if not rows:
+        raise _no_numbers(text)
     table = np.ascontiguousarray(np.array(rows).T)
     table[np.any(table == WORD, axis=1)] = math.nan
     if commas and len(rows) > 2:

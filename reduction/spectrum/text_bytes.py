@@ -13,12 +13,23 @@ MARKS = (
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
 KINDS = (
+    (b"PK\x03\x04", "a zip archive; unpack it"),
     (
-        b"PK\x03\x04",
-        "a zip archive, or a spreadsheet (.xlsx, .ods) or ProcSpec file; export it as text, or unpack it",
+        b"\xd0\xcf\x11\xe0",
+        "a compound file, as of Shimadzu, JASCO or old Office; export it there as text or CSV",
     ),
-    (b"\xd0\xcf\x11\xe0", "an old Office file (.xls); export it as CSV"),
-    (b"%PDF", "a PDF"),
+    (b"WDF1", "a Renishaw .wdf file; save it in WiRE as .txt"),
+    (b"\x0a\x0a\xfe\xfe", "a Bruker OPUS file; save it in OPUS as a data point table (.dpt)"),
+    (b"PEPE", "a PerkinElmer .sp file; export it as ASCII"),
+    (b"<!--TriVista-File", "a TriVista .tvf file; export it in VistaControl as ASCII"),
+    (b"CPY", "an Origin project; export its worksheet as ASCII"),
+    (b"IM", "a Hamamatsu picture of a streak camera; export a profile of it as text"),
+    (b"PDS_VERSION_ID", "a file of the Planetary Data System; use its table as CSV"),
+    (b"\x80\x02", "a Python pickle, which could run code; save the arrays with numpy.savez"),
+    (b"\x80\x03", "a Python pickle, which could run code; save the arrays with numpy.savez"),
+    (b"\x80\x04\x95", "a Python pickle, which could run code; save the arrays with numpy.savez"),
+    (b"\x80\x05\x95", "a Python pickle, which could run code; save the arrays with numpy.savez"),
+    (b"%PDF", "a PDF; look for the data beside it"),
     (b"\x89PNG", "a picture"),
     (b"\xff\xd8\xff", "a picture"),
     (b"GIF8", "a picture"),
@@ -29,14 +40,18 @@ KINDS = (
     (b"\xfd7zXZ", "packed with xz; unpack it"),
     (b"7z\xbc\xaf", "a 7z archive; unpack it"),
     (b"Rar!", "a rar archive; unpack it"),
-    (b"SQLite format", "a database"),
-    (b"PAR1", "a Parquet table"),
-    (b"MATLAB ", "a MATLAB file; save its variables as CSV or HDF5"),
-    (b"SIMPLE  =", "a FITS file; save its table as CSV"),
+    (b"SQLite format", "a database; export its table as CSV"),
+    (b"MATLAB ", "a MATLAB file of an unknown version; save it with -v7.3"),
+    (b"SIMPLE  =", "a FITS file; save its table as CSV, as with TOPCAT"),
 )
 BEGINNING = 4096
 CONTROL = re.compile(rb"[\x01-\x08\x0e-\x1f\x7f]")
-TYPESET = (("\N{MINUS SIGN}".encode(), b"-"), ("\N{NO-BREAK SPACE}".encode(), b" "))
+TYPESET = (
+    ("\N{MINUS SIGN}".encode(), b"-"),
+    ("\N{NO-BREAK SPACE}".encode(), b" "),
+    ("\N{NARROW NO-BREAK SPACE}".encode(), b" "),
+    ("\N{RIGHT SINGLE QUOTATION MARK}".encode(), b"'"),
+)
 
 
 def text_bytes(raw: bytes) -> bytes:
@@ -53,8 +68,8 @@ def text_bytes(raw: bytes) -> bytes:
     kind = kind_of(raw)
     if kind:
         raise Unreadable(
-            f"this is {kind}; a spectrum is text or one of the formats of the manual: "
-            "export it as one of these"
+            f"this is {kind}. A spectrum is text, as every program exports it, or one of the formats of "
+            "the manual"
         )
     return _lines(raw)
 
@@ -62,7 +77,7 @@ def text_bytes(raw: bytes) -> bytes:
 def kind_of(raw: bytes) -> str:
     """What a file that is no text is, as the end of a sentence; empty for text."""
     for magic, kind in KINDS:
-        if raw.lstrip().startswith(magic) and (len(magic) > 2 or b"\0" in raw[:BEGINNING]):
+        if raw.startswith(magic) and (len(magic) > 2 or b"\0" in raw[:BEGINNING]):
             return kind
     beginning = raw[:BEGINNING]
     filled = beginning.replace(b"\0", b"")  # AvaSoft 7 fills a name with zero bytes
@@ -77,7 +92,7 @@ def shown(line: bytes) -> str:
             return line.decode(encoding).strip()
         except UnicodeDecodeError:
             continue
-    return line.decode("cp1252", "replace").strip()
+    return line.decode("cp1252", "replace").replace("\N{NO-BREAK SPACE}", " ").strip()
 
 
 def _decoded(raw: bytes, encoding: str) -> bytes:

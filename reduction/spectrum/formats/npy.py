@@ -27,4 +27,4 @@ def read(raw: bytes) -> Readout:
         )
     table = table.astype(np.float64)
     table = table if table.shape[0] < table.shape[1] else np.ascontiguousarray(table.T)
-    return Readout(table[0], table[1:])
+    return Readout(table[0], table[1:], wavelengths=False)

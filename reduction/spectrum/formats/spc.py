@@ -13,7 +13,8 @@ from .library import library, spoiled
 
 NAME = "a Galactic .spc file"
 LIBRARY = "spc_io"
-VERSIONS = (0x4B, 0x4C, 0x4D, 0xCF)  # new, big-endian, old, LabCalc
+VERSIONS = (0x4B, 0x4C, 0x4D)  # new, big-endian, old
+HAMAMATSU = b"IM"  # a picture of a streak camera begins as an old file does
 HEADER = 512
 LOG = 248  # where the header says where the log is: one of free text would stop the reader
 ZIP = b"PK\x03\x04"  # whose second byte is that of a version, too
@@ -28,7 +29,7 @@ NO_LIGHT = {
 
 def begins(raw: bytes) -> bool:
     """Its second byte is a version; text has no zero bytes in its header."""
-    told = len(raw) > HEADER and raw[1] in VERSIONS and not raw.startswith(ZIP)
+    told = len(raw) > HEADER and raw[1] in VERSIONS and not raw.startswith((ZIP, HAMAMATSU))
     return told and b"\0" in raw[:HEADER]
 
 

@@ -52,8 +52,9 @@ def test_a_folder_is_reduced_into_tables_beside_it(spectra, tmp_path):
     [
         ("h5py", b"\x89HDF\r\n\x1a\n"), ("sif_parser", b"Andor Technology Multi-Channel File"),
         ("avaread", b"AVS84"), ("spc_io", b"\0K\0\x80"),
+        ("python_calamine", b"PK\3\4" + bytes(22) + b"\3\0\0\0xl/"),
     ],
-    ids=("h5py", "sif_parser", "avaread", "spc_io"),
+    ids=("h5py", "sif_parser", "avaread", "spc_io", "calamine"),
 )  # fmt: skip
 @pytest.mark.parametrize(
     "words",

@@ -125,9 +125,19 @@ DIALECTS = {
     "raw and smoothed": "nm,Raw,Smoothed,Normalized\n" + rows("{0},{1},7.5,.5\n"),
     "scope of all": "Wave;Sample;Dark;Reference;Scope\n" + rows("{0};9.5;3.5;7.5;{1}\n"),
     "thousands": "nm;counts\n" + rows("{};{:,.3f}\n", X, 1000 * Y),
+    "thousands apart": ("nm;counts\n" + rows("{};{:,.3f}\n", X, 1000 * Y)).translate(
+        str.maketrans(".,", ",\xa0")),
+    "thousands by apostrophes": ("nm;counts\n" + rows("{};{:,.3f}\n", X, 1000 * Y)).replace(",", "'"),
 }  # fmt: skip
 SCALED = dict.fromkeys(
-    ("thousands", "thousands by points", "thousands by points beside commas"), 1000.0
+    (
+        "thousands",
+        "thousands by points",
+        "thousands by points beside commas",
+        "thousands apart",
+        "thousands by apostrophes",
+    ),
+    1000.0,
 )
 
 
@@ -607,8 +617,33 @@ def test_frames_in_long_tables_are_shots(before):
         ),
         ('{"wavelength": [200, 201], "counts": [1, 2]}', "no line of it is two numbers"),
         (rows("{},{}\n") + "962.1,5,7\n", "line 61 has 3 columns"),
-        ("PK\x03\x04\0\0", "a zip archive, or a spreadsheet"),
-        ("PK\x03\x04\1\0" * 200, "a zip archive, or a spreadsheet"),
+        ("PK\x03\x04\0\0", "a zip archive; unpack it"),
+        ("PK\x03\x04\1\0" * 200, "a zip archive; unpack it"),
+        (
+            "PK\x03\x04" + 22 * "\0" + "\x0d\0\0\0xl/styles.xml" + 60 * "\0",
+            "this is a spreadsheet, but its",
+        ),
+        ("WDF1" + "\0" * 600, "a Renishaw .wdf file; save it in WiRE as .txt"),
+        ("Raman", "no line of it is two numbers"),
+        (" \x1c \n\f\n", "line 1 has one column"),
+        (
+            "Symbol,Wavelength,Stage,A\n" + "H,656.28,1,0.6\n" + 'He,"x"\n' * 3,
+            "no line of it|is not|has 2 columns",
+        ),
+        (
+            rows("{},{}\n", np.linspace(105.2, 1690.5, N)),
+            "nothing says what the axis is, from 105.2 to 1690.5",
+        ),
+        (rows("{},{}\n", np.linspace(12.5, 3726.5, N)), "are these Raman shifts"),
+        (
+            "#Spectro (cm-1)=\t540.8\n" + rows("{}\t{}\n", np.linspace(120, 990, N)),
+            "outside the range of any",
+        ),
+        ("rel. 1/cm,counts\n" + rows("{},{}\n"), "not a wavelength"),
+        (
+            "#a\n" + rows("{},{}\n") + "#b\n" + rows("{:.4f},{}\n", X + 0.03),
+            "2 spectra stand one below the other",
+        ),
         ("P" + "\0" * 4100 + "\3\4\5\1" * 900, "not text"),
         ("\x89PNG\r\n\x1a\n\0\0", "a picture"),
         ("Dear colleague,\nhere are the spectra.\nBest\n", "no line of it is two numbers"),

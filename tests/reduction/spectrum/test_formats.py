@@ -1,6 +1,8 @@
 """Binary formats, written here byte by byte as instruments write them, and read back the same."""
 
+import io
 import struct
+import zipfile
 
 import numpy as np
 import pytest
@@ -133,6 +135,200 @@ def test_an_avasoft_file_joins_its_spectrometers_and_subtracts_the_dark():
         read_spectrum(raw8((X, Y, np.zeros(N)))[:-60])
 
 
+def avasoft_7(version=70.0, times=3):
+    """Floats throughout: a polynomial of the pixel, the pixels from 10, counts with reference and dark."""
+    polynomial = [*np.polynomial.polynomial.polyfit(np.arange(10, 10 + N), X, 1), 0, 0, 0]
+    columns = (Y, np.full(N, 900.0), np.full(N, 31.5))[:times]
+    head = [
+        version,
+        *([0.0] * 73 if version == 70 else []),
+        *polynomial,
+        *([0.0] * 9 if version == 60 else []),
+    ]
+    head += [10.0, 9.0 + N, *([0.0] * (19 if version == 70 else 2))]
+    floats = np.concatenate([head, np.stack(columns, axis=1).ravel(), [95.0, 20.0, 0.0]])
+    return floats.astype("<f4").tobytes()
+
+
+def spe_header(n, **values):
+    head = bytearray(4100)
+    places = {
+        "x": ("H", 42), "kind": ("h", 108), "y": ("H", 656), "xml": ("Q", 678), "frames": ("i", 1446),
+        "version": ("f", 1992), "valid": ("B", 3098), "unit": ("B", 3100), "order": ("B", 3101),
+    }  # fmt: skip
+    said = {"x": n, "y": 1, "frames": 1, "version": 2.5, **values}
+    for name, value in said.items():
+        struct.pack_into("<" + places[name][0], head, places[name][1], value)
+    head[4098:] = b"\x55\x55"
+    return head
+
+
+def winspec(unit=3, valid=1):
+    head = spe_header(N, kind=0, frames=2, valid=valid, unit=unit, order=1)
+    struct.pack_into(
+        "<2d", head, 3263, *np.polynomial.polynomial.polyfit(np.arange(1, N + 1), X, 1)
+    )
+    return bytes(head) + np.stack([Y, 2 * Y]).astype("<f4").tobytes()
+
+
+def lightfield(height=1, regions=1, axis=X):
+    """Three frames, each with its time behind it, over the middle of a wider sensor, binned by two."""
+    wide = np.interp(
+        np.arange(2 * N + 20), 10.5 + 2 * np.arange(N), axis, left=-np.inf, right=np.inf
+    )
+    wide = np.concatenate([np.arange(10.0), np.repeat(axis, 2), np.arange(10.0)])
+    frame = np.tile(Y, height).astype("<f4").tobytes() + bytes(8)
+    region = f'<DataBlock type="Region" calibrations="2,3" width="{N}" height="{height}"/>'
+    xml = (
+        '<SpeFormat xmlns="http://www.princetoninstruments.com/spe/2009"><DataFormat><DataBlock type="Frame" '
+        f'count="3" pixelFormat="MonochromeFloating32" stride="{len(frame)}">{regions * region}</DataBlock>'
+        "</DataFormat><Calibrations><WavelengthMapping><Wavelength>" + ",".join(map(str, wide))
+        + f'</Wavelength></WavelengthMapping><SensorMapping id="3" x="10" width="{2 * N}" xBinning="2"/>'
+        "</Calibrations></SpeFormat>"
+    )  # fmt: skip
+    head = spe_header(N, version=3.0, xml=4100 + 3 * len(frame))
+    return bytes(head) + 3 * frame + xml.encode()
+
+
+def zipped(**files):
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in files.items():
+            archive.writestr(name.replace("__", "/").replace("_xml", ".xml"), text)
+    return packed.getvalue()
+
+
+def procspec(counts="pixelValues", dark=31.5):
+    def of(name, values):
+        return f"<{name}>" + "".join(f"<double>{v}</double>" for v in values) + f"</{name}>"
+
+    half = N // 2
+    sources = [(X, Y)] if dark else [(X[:half], Y[:half]), (X[half:], Y[half:])]
+    xml = "".join(of(counts, y) + of("channelWavelengths", x) for x, y in sources)
+    xml = f"<sourceSpectra>\x01\xff{xml}</sourceSpectra>"
+    if dark:
+        xml += f"<darkSpectrum>{of('pixelValues', np.full(N, dark))}</darkSpectrum>"
+    return zipped(ps_0_xml=f"<p>{xml}</p>".encode("latin-1"), OOISignatures_xml="<a/>")
+
+
+SHEETS = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
+PARTS = "http://schemas.openxmlformats.org/package/2006/relationships"
+OFFICE = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
+
+
+def workbook(*sheets):
+    """Each a list of rows of numbers and words."""
+
+    def cell(one):
+        if isinstance(one, str):
+            return f'<c t="inlineStr"><is><t>{one}</t></is></c>'
+        return f"<c><v>{one}</v></c>"
+
+    parts = {
+        "[Content_Types].xml": "<Types/>",
+        "_rels/.rels": f'<Relationships xmlns="{PARTS}"><Relationship Id="r1" '
+        f'Type="{OFFICE}/officeDocument" Target="xl/workbook.xml"/></Relationships>',
+        "xl/workbook.xml": f'<workbook xmlns="{SHEETS}" xmlns:r="{OFFICE}"><sheets>'
+        + "".join(f'<sheet name="S{k}" sheetId="{k}" r:id="r{k}"/>' for k in range(1, len(sheets) + 1))
+        + "</sheets></workbook>",
+        "xl/_rels/workbook.xml.rels":
+        '<Relationships xmlns="' + PARTS + '">'
+        + "".join(f'<Relationship Id="r{k}" Type="{OFFICE}/worksheet" Target="worksheets/s{k}.xml"/>'
+                  for k in range(1, len(sheets) + 1)) + "</Relationships>",
+    }  # fmt: skip
+    for k, rows in enumerate(sheets, 1):
+        lines = "".join(f"<row>{''.join(map(cell, row))}</row>" for row in rows)
+        parts[f"xl/worksheets/s{k}.xml"] = (
+            f'<worksheet xmlns="{SHEETS}"><sheetData>{lines}</sheetData></worksheet>'
+        )
+    return zipped(**parts)
+
+
+ROWS = [
+    ["Sample", "steel"],
+    ["Wavelength (nm)", "Counts"],
+    *zip(X.tolist(), Y.tolist(), strict=True),
+]
+
+
+def matlab():
+    from scipy.io import savemat
+
+    packed = io.BytesIO()
+    savemat(
+        packed, {"s": {"wavelength": X[:, None], "counts": np.stack([Y, Y + 2])}, "title": "steel"}
+    )
+    return packed.getvalue()
+
+
+def npz(**arrays):
+    packed = io.BytesIO()
+    np.savez(packed, **arrays)
+    return packed.getvalue()
+
+
+def arrow(kind):
+    pa, of = pytest.importorskip("pyarrow"), pytest.importorskip(f"pyarrow.{kind}")
+    packed = io.BytesIO()
+    table = pa.table({"wavelength": X, "intensity": Y.astype(float), "dark": np.ones(N)})
+    getattr(of, "write_table" if kind == "parquet" else "write_feather")(table, packed)
+    return packed.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("raw", "counts"),
+    [
+        (lambda: avasoft_7(), [Y - 31.5]),
+        (lambda: avasoft_7(60.0, 1), [Y]),
+        (winspec, [Y, 2 * Y]),
+        (lightfield, [Y, Y, Y]),
+        (procspec, [Y - 31.5]),
+        (lambda: procspec(dark=0), [Y]),
+        (lambda: workbook(ROWS), [Y]),
+        (lambda: workbook([["notes", "none"]], ROWS), [Y]),
+        (matlab, [Y, Y + 2]),
+        (lambda: npz(wl=X, spectra=np.stack([Y, Y + 2]).T), [Y, Y + 2]),
+        (lambda: arrow("parquet"), [Y]),
+        (lambda: arrow("feather"), [Y]),
+    ],
+    ids=(
+        "avasoft 7", "avasoft 6", "winspec", "lightfield", "procspec", "two spectrometers", "workbook",
+        "second sheet", "matlab", "npz", "parquet", "feather",
+    ),
+)  # fmt: skip
+def test_a_file_of_a_program_of_its_own_is_read_back(raw, counts):
+    found = read_shots(raw())
+
+    assert found.wavelength_nm == pytest.approx(X, rel=1e-6)
+    assert found.intensity == pytest.approx(np.stack(counts), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("raw", "sentence"),
+    [
+        (lambda: avasoft_7()[:-100], "AvaSoft 7 file of 64 pixels with 170 numbers after its heading"),
+        (lambda: winspec(valid=0), "without a calibrated axis: calibrate the spectrograph"),
+        (lambda: winspec(unit=5), "over Raman shifts"),
+        (lambda: winspec()[:-4], "promises 2 frames of 64 pixels: is it complete"),
+        (lambda: lightfield(height=40), "a picture of 40 rows, not spectra"),
+        (lambda: lightfield(regions=2), "with 2 regions of the sensor"),
+        (lambda: lightfield()[:-40], "is it complete"),
+        (lambda: procspec("pixelValue"), "without wavelengths and counts of one length"),
+        (lambda: procspec()[:-40], "damaged"),
+        (lambda: workbook(ROWS, ROWS), r"with 2 sheets of numbers \(S1, S2\); save the one"),
+        (lambda: workbook([["a", "b"]]), r"with no sheets of numbers \(S1\)"),
+        (lambda: workbook(ROWS)[:-60], "its reader stopped"),
+        (lambda: npz(a=X, b=Y), "MATLAB or .npz file does not say .* name both, as in --columns"),
+        (lambda: matlab()[:-60], "is the file complete"),
+        (lambda: arrow("parquet")[:-60], "is the file complete"),
+    ],
+)  # fmt: skip
+def test_a_file_of_a_program_of_its_own_that_is_no_spectrum_is_refused(raw, sentence):
+    pytest.importorskip("python_calamine")
+    with pytest.raises(Unreadable, match=sentence):
+        read_spectrum(raw())
+
+
 JCAMP = (
     "##TITLE= quartz\n##JCAMP-DX= 4.24 $$ by hand\n##DATA TYPE= EMISSION SPECTRUM\n"
     "##XUNITS= {unit}\n##YUNITS= COUNTS\n##XFACTOR= 1.0\n##YFACTOR= 0.5\n"
@@ -226,7 +422,9 @@ def test_datasets_are_known_by_their_names_or_asked_for(tmp_path):
         read_spectrum(hdf5(tmp_path, plain)[:-300])
 
 
-@pytest.mark.parametrize("raw", [spc(), sif(), raw8((X, Y, Y)), b"\x89HDF\r\n\x1a\n" + b"\0" * 600])
+@pytest.mark.parametrize(
+    "raw", [spc(), sif(), raw8((X, Y, Y)), workbook(ROWS), b"\x89HDF\r\n\x1a\n" + b"\0" * 600]
+)
 def test_without_its_reader_a_file_says_how_to_install_it(monkeypatch, raw):
     def missing(name):
         raise ModuleNotFoundError(f"No module named {name!r}", name=name)
