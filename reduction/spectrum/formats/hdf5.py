@@ -8,7 +8,7 @@ import numpy as np
 from ..axis import Unit, unit_named
 from ..readout import Readout
 from .library import library, spoiled
-from .named import chosen, readout
+from .named import chosen, only_table, readout
 
 NAME = "an HDF5 file"
 LIBRARY = "h5py"
@@ -26,7 +26,10 @@ def read(raw: bytes, columns: tuple[str, ...] | None = None) -> Readout:
     try:
         with h5py.File(BytesIO(raw), "r") as file:
             plot = None if columns else _plot(h5py, file)
-            axis, counts = plot or chosen(_datasets(file), columns, NAME)
+            there = {} if plot else _datasets(file)
+            if not columns and not plot and (told := only_table(there)) is not None:
+                return told
+            axis, counts = plot or chosen(there, columns, NAME)
             unit: Unit | None = unit_named(_text(file[axis].attrs.get("units")))
             return readout((axis, file[axis]), (counts, file[counts]), unit)
     except (OSError, RuntimeError) as fault:

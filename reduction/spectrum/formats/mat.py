@@ -8,7 +8,7 @@ import numpy as np
 
 from ..readout import Readout
 from .library import library, spoiled
-from .named import chosen, readout
+from .named import chosen, only_table, readout
 from .zipped import first_name
 
 NAME = "a MATLAB or .npz file"
@@ -33,6 +33,8 @@ def read(raw: bytes, columns: tuple[str, ...] | None = None) -> Readout:
     except Exception as fault:  # what these raise has no common base
         raise spoiled(NAME, fault) from fault
     arrays = dict(_arrays(said))
+    if columns is None and (told := only_table(arrays)) is not None:
+        return told
     axis, counts = chosen(arrays, columns, NAME)
     return readout((axis, arrays[axis]), (counts, arrays[counts]))
 

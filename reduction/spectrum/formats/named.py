@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..axis import Unit
+from ..axis import Unit, may_be_nm
 from ..fault import Unreadable
 from ..readout import Readout
 
@@ -42,6 +42,18 @@ def readout(axis: tuple[str, Any], counts: tuple[str, Any], unit: Unit | None = 
     if shots.shape[-1] != len(values):
         shots = np.moveaxis(shots, shots.shape.index(len(values)), -1)
     return Readout(values, np.ascontiguousarray(shots).reshape(-1, len(values)), unit)
+
+
+def only_table(arrays: Mapping[str, Any]) -> Readout | None:
+    """The first row or column, and the others, of a file's one array; None where it does not ascend."""
+    tables = [one for one in arrays.values() if len(one.shape) == 2 and min(one.shape) > 1]
+    if len(arrays) != 1 or not tables:
+        return None
+    table = np.asarray(tables[0], np.float64)
+    table = table if table.shape[0] < table.shape[1] else np.ascontiguousarray(table.T)
+    if not may_be_nm(table[0]):
+        return None
+    return Readout(table[0], table[1:], wavelengths=False)
 
 
 def _by_name(arrays: Mapping[str, Any], what: str) -> tuple[str, str]:

@@ -4,9 +4,8 @@ Of several spectrometers each is a range of one spectrum.
 """
 
 import re
-import zlib
 from io import BytesIO
-from zipfile import BadZipFile, ZipFile
+from zipfile import ZipFile
 
 import numpy as np
 
@@ -40,7 +39,9 @@ def read(raw: bytes) -> Readout:
             if archive.getinfo(names[0]).file_size > MOST_BYTES:
                 raise Unreadable(f"{NAME} of more than {MOST_BYTES:,} bytes: no spectrum has")
             xml = archive.read(names[0])
-    except (BadZipFile, zlib.error, EOFError) as fault:
+    except Unreadable:
+        raise
+    except Exception as fault:  # what a damaged archive raises has no common base
         raise Unreadable(f"this is {NAME}, but it is damaged ({fault}); copy it again") from fault
     # Its letters are of no one alphabet, at which a reader of XML would stop; numbers are plain.
     source = SOURCE.search(xml)

@@ -288,12 +288,13 @@ def arrow(kind):
         (lambda: workbook([["notes", "none"]], ROWS), [Y]),
         (matlab, [Y, Y + 2]),
         (lambda: npz(wl=X, spectra=np.stack([Y, Y + 2]).T), [Y, Y + 2]),
+        (lambda: npz(table=np.stack([X, Y, Y + 2], axis=1)), [Y, Y + 2]),
         (lambda: arrow("parquet"), [Y]),
         (lambda: arrow("feather"), [Y]),
     ],
     ids=(
         "avasoft 7", "avasoft 6", "winspec", "lightfield", "procspec", "two spectrometers", "workbook",
-        "second sheet", "matlab", "npz", "parquet", "feather",
+        "second sheet", "matlab", "npz", "npz of one table", "parquet", "feather",
     ),
 )  # fmt: skip
 def test_a_file_of_a_program_of_its_own_is_read_back(raw, counts):
