@@ -184,7 +184,7 @@ def value(field: str, decimal: str) -> float:
         return math.nan
     if "_" in field:
         raise ValueError(field)
-    if not field.isalnum() and NUMBER.fullmatch(field):
+    if (" " in field or "'" in field) and NUMBER.fullmatch(field):
         field = THOUSANDS_APART.sub("", field)
     field = field.replace("D", "e").replace("d", "e")
     if "," not in field and (decimal == "." or "." not in field):
