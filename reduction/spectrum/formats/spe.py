@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ..axis import Unit
+from ..axis import USUAL_NM, Unit
 from ..fault import Unreadable
 from ..readout import Readout
 from ..spectrum import FloatArray
@@ -20,8 +20,10 @@ TYPES = {0: "<f4", 1: "<i4", 2: "<i2", 3: "<u2", 5: "<f8", 6: "<u1", 8: "<u4"}
 NAMED_TYPES = {
     "MonochromeUnsigned16": "<u2", "MonochromeUnsigned32": "<u4", "MonochromeFloating32": "<f4",
 }  # fmt: skip
-UNITS: dict[int, Unit] = {3: "nm", 4: "cm-1"}
-RAMAN = 5
+AXES = 3, 4, 5
+"""WinSpec's numbers of nm and cm-1: 3 and 4 in some descriptions of its header, 4 and 5 in others, so
+that the values decide."""
+SHORTEST_NM, LEAST_WAVENUMBER = 100.0, 8_000.0  # cm-1, below which are Raman shifts
 MOST_TRACKS = 32  # more rows are a picture
 
 
@@ -43,15 +45,19 @@ def read(raw: bytes) -> Readout:
 
 def _winspec(raw: bytes) -> Readout:
     width, height, frames = _said(raw, "H", 42), _said(raw, "H", 656), _said(raw, "i", 1446)
-    unit, order = raw[3100], min(raw[3101], 5)
-    if not raw[3098] or unit not in UNITS:
-        what = "over Raman shifts" if unit == RAMAN else "without a calibrated axis"
-        raise _no_axis(what)
+    order = min(raw[3101], 5)
+    if not raw[3098] or raw[3100] not in AXES:
+        raise _no_axis(
+            "over Raman shifts" if raw[3100] == max(AXES) + 1 else "without a calibrated axis"
+        )
     pixel = np.arange(1, width + 1, dtype=np.float64)
     axis = np.polynomial.polynomial.polyval(pixel, struct.unpack_from(f"<{order + 1}d", raw, 3263))
+    unit: Unit = "nm" if axis.max() <= USUAL_NM else "cm-1"
+    if axis.min() < (SHORTEST_NM if unit == "nm" else LEAST_WAVENUMBER):
+        raise _no_axis(f"over {axis.min():g} to {axis.max():g}, neither nm nor wavenumbers")
     kind = np.dtype(TYPES[_said(raw, "h", 108)])
     shots = _frames(raw, kind, (frames, height, width), height * width * kind.itemsize)
-    return Readout(np.asarray(axis, np.float64), shots, UNITS[unit])
+    return Readout(np.asarray(axis, np.float64), shots, unit)
 
 
 def _lightfield(raw: bytes, said: ElementTree.Element) -> Readout:

@@ -163,11 +163,10 @@ def spe_header(n, **values):
     return head
 
 
-def winspec(unit=3, valid=1):
-    head = spe_header(N, kind=0, frames=2, valid=valid, unit=unit, order=1)
-    struct.pack_into(
-        "<2d", head, 3263, *np.polynomial.polynomial.polyfit(np.arange(1, N + 1), X, 1)
-    )
+def winspec(unit=3, valid=1, axis=X, order=1):
+    head = spe_header(N, kind=0, frames=2, valid=valid, unit=unit, order=order)
+    terms = np.polynomial.polynomial.polyfit(np.arange(1, N + 1), axis, order)
+    struct.pack_into(f"<{order + 1}d", head, 3263, *terms)
     return bytes(head) + np.stack([Y, 2 * Y]).astype("<f4").tobytes()
 
 
@@ -281,6 +280,7 @@ def arrow(kind):
         (lambda: avasoft_7(), [Y - 31.5]),
         (lambda: avasoft_7(60.0, 1), [Y]),
         (winspec, [Y, 2 * Y]),
+        (lambda: winspec(unit=4), [Y, 2 * Y]),
         (lightfield, [Y, Y, Y]),
         (procspec, [Y - 31.5]),
         (lambda: procspec(dark=0), [Y]),
@@ -293,7 +293,7 @@ def arrow(kind):
         (lambda: arrow("feather"), [Y]),
     ],
     ids=(
-        "avasoft 7", "avasoft 6", "winspec", "lightfield", "procspec", "two spectrometers", "workbook",
+        "avasoft 7", "avasoft 6", "winspec", "winspec, nm as 4", "lightfield", "procspec", "two spectrometers", "workbook",
         "second sheet", "matlab", "npz", "npz of one table", "parquet", "feather",
     ),
 )  # fmt: skip
@@ -309,7 +309,8 @@ def test_a_file_of_a_program_of_its_own_is_read_back(raw, counts):
     [
         (lambda: avasoft_7()[:-100], "AvaSoft 7 file of 64 pixels with 170 numbers after its heading"),
         (lambda: winspec(valid=0), "without a calibrated axis: calibrate the spectrograph"),
-        (lambda: winspec(unit=5), "over Raman shifts"),
+        (lambda: winspec(unit=6), "over Raman shifts"),
+        (lambda: winspec(unit=5, axis=X * 4), "neither nm nor wavenumbers"),
         (lambda: winspec()[:-4], "promises 2 frames of 64 pixels: is it complete"),
         (lambda: lightfield(height=40), "a picture of 40 rows, not spectra"),
         (lambda: lightfield(regions=2), "with 2 regions of the sensor"),
