@@ -2,14 +2,17 @@
 
 import asyncio
 import time
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..schemas.contract import Contract, Happened
 from ..schemas.messages import FileContent
 from ..system.extras import missing
+
+if TYPE_CHECKING:
+    from pydantic import ValidationError
 
 
 class ActionFailed(Exception):
@@ -66,26 +69,44 @@ class Place:
 
 
 class UnknownKey(ValueError):
-    """A config says what its driver does not know; `key` is the first such, of the config itself."""
+    """A config says what its driver does not know; `path` leads to the first such key in it."""
 
-    def __init__(self, words: str, key: str | None) -> None:
+    def __init__(self, words: str, path: Sequence[str | int]) -> None:
         super().__init__(words)
-        self.key = key
+        self.path = path
 
 
-def check_keys(known: Collection[str], given: Iterable[str], what: str = "config") -> None:
-    """Raise UnknownKey for a key that is given and not known, with the one that it looks like."""
+def check_keys(
+    known: Collection[str],
+    given: Iterable[str],
+    what: str = "config",
+    at: Sequence[str | int] | None = None,
+) -> None:
+    """Raise UnknownKey for a key that is given and not known, with the one that it looks like.
+
+    `at` leads to the keys in the config, where `what` is not their place (`status.qos`) itself.
+    """
     unknown = sorted(set(given) - set(known))
     if not unknown:
         return
     from difflib import get_close_matches  # not at the top: most labs have no mistyped keys
 
+    if at is None:
+        at = () if what == "config" else what.split(".")
     near = get_close_matches(unknown[0].casefold(), known, n=1)
     guess = f"; perhaps {near[0]} is meant" if near else ""
     raise UnknownKey(
         f"{what} has no key {', '.join(unknown)}; its keys are: {', '.join(known) or 'none'}{guess}",
-        unknown[0] if what == "config" else None,
+        (*at, unknown[0]),
     )
+
+
+def misfit(fault: "ValidationError", *at: str) -> ValueError:
+    """The first thing in a config, or in the part of it at `at`, that does not fit its model."""
+    first = fault.errors()[0]
+    path = *at, *first["loc"]
+    words = f"{'.'.join(map(str, path)) or 'all of it'}: {first['msg']}"
+    return UnknownKey(words, path) if first["type"] == "extra_forbidden" else ValueError(words)
 
 
 class Driver:

@@ -67,7 +67,7 @@ def read_boxes(config: dict[str, Any]) -> tuple[Box, ...]:
 
 def _box(number: int, written: dict[str, Any]) -> Box:
     name = str(written.get("name", number))
-    check_keys(("name", *"xyz"), written, f"keep_out box {name}")
+    check_keys(("name", *"xyz"), written, f"keep_out box {name}", ("keep_out", number - 1))
     if not set(written) & set("xyz"):
         raise ValueError(f"keep_out box {name} has no range; write x, y or z as [from, to] in mm")
     ranges = [_range(name, axis, written.get(axis)) for axis in "xyz"]

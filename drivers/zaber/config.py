@@ -11,8 +11,8 @@ from typing import Any
 
 from pydantic import Field, ValidationError
 
-from ...schemas.model import Model, first_fault
-from ..driver import check_keys
+from ...schemas.model import Model
+from ..driver import check_keys, misfit
 from ..motion.gantry import AXES
 
 
@@ -41,7 +41,7 @@ def read_stages(written: Any) -> dict[int, StageConfig]:
         try:
             stages[AXES.index(name)] = one = StageConfig.model_validate(written[name])
         except ValidationError as fault:
-            raise ValueError(f"stages.{name}: {first_fault(fault)}") from fault
+            raise misfit(fault, "stages", name) from fault
         wrong = one.microstep_deg if name in "xyz" else one.microstep_um
         if wrong is not None:
             right = "microstep_um" if name in "xyz" else "microstep_deg"

@@ -290,8 +290,7 @@ def _check_keys(
             if not hasattr(driver, "config_model"):  # whose config is read above
                 driver(Place(name, device.config, {}, here, here, contract))
         except UnknownKey as fault:
-            at = place if fault.key is None else (*place, fault.key)
-            yield source.problem(at, "E132", str(fault), key=fault.key is not None)
+            yield source.problem((*place, *fault.path), "E132", str(fault), key=True)
         except Exception:  # whatever else: it is told where the device is served, and its files are
             return
 

@@ -55,6 +55,10 @@ def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
     assert told(write(tmp_path, LAB.replace("driver", "drivr"))) == ["E110 5:32"]
     with_config = LAB.replace("sim_gantry", "sim_gantry, config: {clock: fast, sede: 3}")
     assert told(write(tmp_path, with_config)) == ["E132 5:74"]
+    for within, key in (("axes: {x: Y, yy: X}", "yy"), ("keep_out: [{x: [0, 1]}, {q: 2}]", "q")):
+        with_config = LAB.replace("sim_gantry", f"grbl, config: {{port: x, {within}}}")
+        line = with_config.splitlines()[4]
+        assert told(write(tmp_path, with_config)) == [f"E132 5:{line.index(f'{key}: ') + 1}"]
     assert told(write(tmp_path, LAB.replace("furnace.yaml", "none.yaml"))) == ["E130 2:13"]
     assert told(tmp_path / "nowhere.yaml") == ["E100 1:1"]
 
