@@ -17,7 +17,8 @@ from typing import Any
 from pydantic import Field, ValidationError, model_validator
 
 from ...schemas.contract import Contract
-from ...schemas.model import Model, first_fault
+from ...schemas.model import Model
+from ..driver import misfit
 from .buttons import Step
 
 PROOFS = ("new", "shows", "gone", "title", "reads")
@@ -75,7 +76,7 @@ def read_config(written: dict[str, Any], contract: Contract) -> WindowProgramSet
     try:
         said = WindowProgramSettings.model_validate(written)
     except ValidationError as fault:
-        raise ValueError(f"config.{first_fault(fault)}") from fault
+        raise misfit(fault) from fault
     probes = {action.probe for action in contract.actions.values()}
     for name in said.actions:
         if name not in contract.actions:

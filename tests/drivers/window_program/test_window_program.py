@@ -179,7 +179,7 @@ FIRE = {"steps": [{"click": "measure"}], "proof": {"shows": "measure"}}
         ({"fire": {"steps": FIRE["steps"]}, "save": FIRE}, "fire: it has no proof that it is done"),
         ({"fire": FIRE | {"proof": {}}, "save": FIRE}, "a proof has one of new, shows, gone, title"),
         ({"fire": FIRE | {"steps": [{"type": "{x}"}]}, "save": FIRE}, "'{x}' cannot be filled in"),
-        ({"fire": FIRE | {"steps": [{"hit": "x"}]}, "save": FIRE}, "config.actions.fire.steps.0.hit"),
+        ({"fire": FIRE | {"steps": [{"hit": "x"}]}, "save": FIRE}, "actions.fire.steps.0.hit"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_with_a_configuration(actions, words):
