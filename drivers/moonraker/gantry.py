@@ -77,6 +77,8 @@ class Moonraker(FedGantry):
 
     async def _home(self, goal: GoalContext) -> None:
         link = self.link
+        if link.prints:
+            raise Refused(link.alarm)
         link.homed = False
         with self._moving(goal, "home"), _may_have_moved():
             await link.learn()  # Klipper's answer to another program may be ahead of its own news
@@ -108,6 +110,21 @@ class Moonraker(FedGantry):
                 raise HomingFailed(
                     "it ended, but Klipper does not know where all of x, y and z are"
                 )
+
+    async def _stop(self) -> None:
+        """A print, which another program has begun, goes on by itself: it is paused."""
+        link = self.link
+        if link.prints:
+            try:
+                await link.run("M25", HALTED_S)
+            except MotionFault:
+                await self._break_off()
+            else:
+                if not await link.until(lambda: not link.prints, HALTED_S):
+                    await self._break_off()
+                elif not link.alarm:
+                    await self._finish()
+        await super()._stop()
 
     async def _break_off(self) -> None:
         """Halt Klipper: it has nothing milder that works while it homes."""

@@ -27,6 +27,7 @@ WATCHED = {
     "gcode_move": ["position", "gcode_position", "speed_factor"],
     "motion_report": ["live_position", "live_velocity"],
     "webhooks": ["state", "state_message"],
+    "virtual_sdcard": ["is_active", "file_path"],
 }
 REFUSALS = {"Must home axis first": "NotHomed", "Move out of range": "SoftLimit"}
 """The contract's names for how Klipper refuses a move."""
@@ -82,8 +83,18 @@ class Link:
 
     @property
     def alarm(self) -> str:
-        """Why Klipper accepts no motion, and what to do."""
-        return f"{self.trouble}; unlock restarts it, then home it" if self.halted else ""
+        """Why no motion may begin, and what to do."""
+        if self.halted:
+            return f"{self.trouble}; unlock restarts it, then home it"
+        return f"Klipper prints {self.prints}; halt pauses that" if self.prints else ""
+
+    @property
+    def prints(self) -> str:
+        """The file that Klipper carries out by itself; empty if there is none."""
+        told = self.status.get("virtual_sdcard", {})
+        if self.lost or self.halted or not told.get("is_active"):
+            return ""
+        return str(told.get("file_path")).rpartition("/")[2]
 
     @property
     def homed(self) -> bool:

@@ -2,10 +2,10 @@
 
 A line is answered when it is planned, `M400` when all has stood still, by its own clock, and
 `QUERY_ENDSTOPS` by its board; a line waits for the one before it, an emergency stop does not; any
-program may set relative moves (`G91`) or let go of the motors (`M18`); the news of a halt and of a
-start come after the state that they tell; a restart that comes at once after a halt ends in state
-error, as its board is not ready yet; a line that Klipper does not know is answered as done, and told
-in a message beside; reports come four times a second; nobody is let in without the API key.
+program may set relative moves (`G91`), let go of the motors (`M18`), or have a file printed; the news
+of a halt and of a start come after the state that they tell; a restart that comes at once after a
+halt ends in state error, as its board is not ready yet; a line that Klipper does not know is answered
+as done, and told in a message beside; reports come four times a second; nobody is let in without the API key.
 """
 
 import asyncio
@@ -29,7 +29,7 @@ class Peer:
         self.speed, self.homing_s, self.api_key = speed, homing_s, api_key
         self.state, self.message, self.axes, self.factor = "ready", "Printer is ready", "", 1.0
         self.place, self.told, self.shift = [0.0] * 3, [0.0] * 3, [0.0, 0.0, 0.0]
-        self.relative = False
+        self.relative, self.prints = False, None
         self.restarts, self._is_news = 0, False
         self.is_gone = False  # its board; Klipper plans on
         self.blocks, self.stands, self.heard, self.sockets = [], [], [], set()
@@ -178,6 +178,8 @@ class Peer:
                 self.relative = code == "G91"
             case "M18":
                 self.axes = ""
+            case "M25":
+                self.prints = None
             case "SET_PIN":
                 pass
             case _:
@@ -207,6 +209,7 @@ class Peer:
             },
             "motion_report": {"live_position": [*self.place, 0], "live_velocity": 0},
             "webhooks": {"state": self.state, "state_message": self.message},
+            "virtual_sdcard": {"is_active": bool(self.prints), "file_path": self.prints},
         }  # fmt: skip
 
     async def _report(self):

@@ -66,6 +66,27 @@ def test_a_move_is_not_done_while_its_board_is_gone(peers, gantry):
     assert played(gantry(peer), story) == "unknown"
 
 
+@pytest.mark.soak
+def test_a_print_of_another_program_keeps_moves_out_and_a_halt_pauses_it(peers, gantry):
+    peer = peers()
+
+    async def story(driver):
+        await driver.home(GoalContext("h"))
+        peer.prints = "/gcodes/benchy.gcode"
+        assert await driver.link.until(lambda: driver.link.prints, 10)
+        for begun in (driver.move_to(GoalContext("0"), x=1), driver.home(GoalContext("h2"))):
+            with pytest.raises(
+                ActionFailed, match=r"Klipper prints benchy\.gcode; halt pauses that"
+            ):
+                await begun
+        assert "benchy" in (await driver.status())["alarm"] and peer.prints
+        await driver.halt(GoalContext("1"))
+        assert peer.prints is None
+        return await driver.move_to(GoalContext("2"), x=2)
+
+    assert played(gantry(peer), story)["x"] == 2
+
+
 @pytest.mark.slow
 def test_a_halted_klipper_is_told_and_unlock_restarts_it(peers, gantry, monkeypatch):
     monkeypatch.setattr(moonraker, "RESTART_S", 0.0)
