@@ -243,7 +243,8 @@ class ServedDevice:
                 return not_begun(str(fault))
             if execution.state == "ACCEPTED":
                 execution.state = "EXECUTING"
-                self._tell_progress(execution)
+                # A copy of the ledger from before would say that it never began.
+                self._tell_progress(execution, mark=self._ledger.mark)
         return never_started(cancelled=execution.is_cancelled)
 
     async def _record(self, execution: Execution, ending: Ending, place: str) -> dict[str, Any]:
@@ -275,9 +276,9 @@ class ServedDevice:
                 self._unwritten = None
                 return {**wire(report), "seq": seq}
 
-    def _tell_progress(self, execution: Execution) -> None:
+    def _tell_progress(self, execution: Execution, **more: str) -> None:
         execution.seq = self._ledger.next_seq()
-        self._tell("update", wire(execution.report()), execution.followers)
+        self._tell("update", {**wire(execution.report()), **more}, execution.followers)
 
     def _tell_status(self, status: dict[str, Any]) -> None:
         self._tell("status", {"device": self.name, **status}, set())

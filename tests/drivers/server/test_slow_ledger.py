@@ -127,6 +127,21 @@ def test_a_stop_is_answered_while_a_goal_that_waited_is_written_to_begin(bench):
     assert "arm go g1" not in bench.deeds()
 
 
+def test_a_goal_that_waited_tells_the_mark_of_its_beginning(bench):
+    async def story():
+        async with slow(bench, "bury", safe_s=0.1) as (raw, _, goal, _):
+            stopping = asyncio.create_task(raw.call("stop"))
+            await bench.until("safe")
+            accepted = await raw.call("goal", **goal)
+            await stopping
+            return accepted, await raw.update("g1", "EXECUTING")
+
+    accepted, began = asyncio.run(story())
+
+    number = [int(told["mark"].split(":")[1]) for told in (accepted, began)]
+    assert accepted["state"] == "ACCEPTED" and number[0] < number[1]
+
+
 def test_while_a_goal_is_being_admitted_its_copy_its_cancel_and_other_goals_keep_their_order(bench):
     async def story():
         async with slow(bench, "admit", action="hold", params={"seconds": 20}) as (
