@@ -293,8 +293,9 @@ def arrow(kind):
         (lambda: arrow("feather"), [Y]),
     ],
     ids=(
-        "avasoft 7", "avasoft 6", "winspec", "winspec, nm as 4", "lightfield", "procspec", "two spectrometers", "workbook",
-        "second sheet", "matlab", "npz", "npz of one table", "parquet", "feather",
+        "avasoft 7", "avasoft 6", "winspec", "winspec, nm as 4", "lightfield", "procspec",
+        "two spectrometers", "workbook", "second sheet", "matlab", "npz", "npz of one table",
+        "parquet", "feather",
     ),
 )  # fmt: skip
 def test_a_file_of_a_program_of_its_own_is_read_back(raw, counts):
