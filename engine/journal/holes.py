@@ -28,52 +28,76 @@ class UnknownHole(ValueError):
     """A key that belongs to no hole; the text says which there are."""
 
 
-def holes_of(records: Iterable[j.JournalRecord]) -> list[Hole]:
-    """Holes that can be measured again; of a hole with holes inside, only itself."""
-    found: dict[str, Hole] = {}
-    shots: dict[str, str] = {}
-    failed: dict[str, str] = {}
-    ended: dict[str, Hole] = {}
-    for record in records:
+class Holes:
+    """Holes that can be measured again, from records one by one; of a hole with holes inside, only itself.
+
+    `found`: by path. `stands`: the paths of those at which the run itself failed.
+    """
+
+    def __init__(self) -> None:
+        self.found: dict[str, Hole] = {}
+        self.stands: set[str] = set()
+        self._shots: dict[str, str] = {}
+        self._failed: dict[str, str] = {}
+        self._ended: dict[str, Hole] = {}
+
+    def take(self, record: j.JournalRecord) -> None:
+        """Learn from the next record."""
         match record:
             case j.GoalSent() if record.effect == "once" and record.id.partition("/")[2].startswith(
                 MAIN
             ):
-                shots[record.id] = split_goal_id(record.id)[0]
-                failed.pop(shots[record.id], None)
-            case j.GoalEnded() if record.id in shots:
-                path = shots.pop(record.id)
+                self._shots[record.id] = split_goal_id(record.id)[0]
+                self._failed.pop(self._shots[record.id], None)
+            case j.GoalEnded() if record.id in self._shots:
+                path = self._shots.pop(record.id)
                 if record.error is not None and record.error.happened == "yes":
-                    failed[path] = record.error.message
+                    self._failed[path] = record.error.message
             case j.LoopEnded(fate="failed", loop=loop):
-                for path in [path for path in failed if path.startswith(f"{loop}/")]:
+                for path in [path for path in self._failed if path.startswith(f"{loop}/")]:
                     key = path.removeprefix(f"{loop}/").partition("/")[0]
-                    ended.setdefault(path, Hole(f"{loop}/{key}", key, failed[path]))
+                    self._ended.setdefault(path, Hole(f"{loop}/{key}", key, self._failed[path]))
             case j.Finished(fate="failed"):
-                for path, hole in ended.items():
+                for path, hole in self._ended.items():
                     if record.detail.startswith(f"{path}: "):
-                        found[hole.path] = hole
-                ended.clear()
+                        self.found[hole.path] = hole
+                        self.stands.add(hole.path)
+                self._ended.clear()
             case j.IterationEnded(loop=loop) if loop.startswith(MAIN):
                 path = f"{loop}/{record.key}"
-                found.pop(path, None)
-                for inner in [inner for inner in failed if inner.startswith(f"{path}/")]:
-                    del failed[inner]
+                self._forget(path)
+                for inner in [inner for inner in self._failed if inner.startswith(f"{path}/")]:
+                    del self._failed[inner]
                 if record.fate == "failed":
-                    _drop_inside(found, path)
-                    found[path] = Hole(path, record.row_key, record.message)
+                    self._forget_inside(path)
+                    self.found[path] = Hole(path, record.row_key, record.message)
             case j.Redo():
                 for path in record.iterations:
-                    found.pop(path, None)
-                    _drop_inside(found, path)
+                    self._forget(path)
+                    self._forget_inside(path)
             case _:
                 pass
-    return list(found.values())
+
+    def _forget(self, path: str) -> None:
+        self.found.pop(path, None)
+        self.stands.discard(path)
+
+    def _forget_inside(self, path: str) -> None:
+        for inner in [inner for inner in self.found if inner.startswith(f"{path}/")]:
+            self._forget(inner)
+
+
+def holes_of(records: Iterable[j.JournalRecord]) -> Holes:
+    """Those of a journal."""
+    holes = Holes()
+    for record in records:
+        holes.take(record)
+    return holes
 
 
 def redo(records: Records | Sequence[j.JournalRecord], keys: Sequence[str], by: str) -> j.Redo:
     """The record that asks for these holes, by key or path, all if none is named; raises UnknownHole."""
-    holes = holes_of(records)
+    holes = list(holes_of(records).found.values())
     unknown = set(keys) - {name for hole in holes for name in (hole.key, hole.path)}
     if unknown or not holes:
         known = ", ".join(hole.key for hole in holes[:SHOWN])
@@ -87,8 +111,3 @@ def redo(records: Records | Sequence[j.JournalRecord], keys: Sequence[str], by: 
     )
     number = 2 + sum(isinstance(record, j.Redo) for record in records)
     return j.Redo(by=by, pass_number=number, iterations=chosen, reopened=list(around))
-
-
-def _drop_inside(found: dict[str, Hole], path: str) -> None:
-    for inner in [inner for inner in found if inner.startswith(f"{path}/")]:
-        del found[inner]

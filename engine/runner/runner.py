@@ -119,7 +119,6 @@ async def _end(run: Run, session: RunSession, ending: Ending) -> None:
 def _stands(run: Run) -> bool:
     """Whether it failed where a plain resume fails again, since what failed there had happened."""
     try:
-        holes = holes_of(Records(run.folder / "journal.jsonl"))
+        return bool(holes_of(Records(run.folder / "journal.jsonl")).stands)
     except (OSError, JournalFault):
         return False  # told where it was written
-    return any(hole.path not in run.history.failed for hole in holes)

@@ -114,6 +114,10 @@ class RunHead(RunSummary):
     per_minute: float | None = Field(default=None, description="Iterations of the first loop.")
     retries: int = 0
     lines: int = Field(default=0, description="Log lines so far.")
+    stands: bool = Field(
+        default=False,
+        description="To resume it would fail again where it failed: that point has to be measured again.",
+    )
 
 
 class OutlineNode(ApiModel):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...engine.journal.course import Course, split_goal_id
+from ...engine.journal.holes import Holes
 from ...schemas import journal as j
 from ..local.clock import since_1970
 from ..models.runs import Fate, NodeState, PointState, Status
@@ -45,6 +46,7 @@ class Picture(Course):
         self.times: dict[str, list[float]] = defaultdict(list)
         self.files: dict[str, tuple[str, str, str]] = {}
         """File -> (loop, within, key) of its iteration."""
+        self.again = Holes()
         self.changed = Changed()
         self.retries = 0
         self.now = 0.0
@@ -84,9 +86,9 @@ class Picture(Course):
 
     @property
     def holes(self) -> dict[tuple[str, str, str], str]:
-        """(loop, within, key) of iterations that failed -> their paths in the journal."""
+        """(loop, within, key) of iterations to be measured again -> their paths in the journal."""
         found: dict[tuple[str, str, str], str] = {}
-        for path in self.failed:
+        for path in self.again.found:
             loop_path, _, key = path.rpartition("/")
             place = self._find(loop_path)
             if place is not None:
@@ -153,13 +155,32 @@ class Picture(Course):
                     self._reopen(path)
             case j.Redo():
                 self._redo(record)
-            case j.Resumed() | j.Control():
+            case j.Resumed():
+                self._cut()
+                for path in self.again.stands:
+                    self._reopen(path)
+            case j.Control():
                 self._cut()
             case j.Finished():
                 self.close()
             case _:
                 pass
         self.take(record)
+        self.again.take(record)
+        if isinstance(record, j.Finished):
+            self._fail_where_it_stands()
+
+    def _fail_where_it_stands(self) -> None:
+        """The iteration at which the run failed is one of its holes, if a resume cannot go on from there."""
+        for path in self.again.stands:
+            loop, _, key = path.rpartition("/")
+            found = self._find(loop)
+            table = self.table(found.step.told.path, found.within) if found is not None else None
+            slot = table.slots.get(key) if table is not None else None
+            if table is not None and slot is not None and not table.ended[slot]:
+                words = self.again.found[path].message
+                table.end(slot, table.index[slot], "failed", self.now, words)
+                self._point(table, slot)
 
     def _redo(self, record: j.Redo) -> None:
         """Holes are measured again, with all that is in them."""

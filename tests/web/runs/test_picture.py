@@ -173,6 +173,28 @@ def test_points_of_nested_loops_are_told_apart_by_the_keys_around(teller, outlin
     ]
 
 
+def test_the_point_at_which_the_run_failed_is_a_hole_if_its_shot_had_happened(teller, outline):
+    path = "main/samples/A/scan/0,0/careful/shoot"
+    teller.started().failed(path, happened="yes")
+    for loop in ("main/samples/A/scan", "main/samples"):
+        teller.tell(
+            j.LoopEnded(loop=loop, total=2, fate="failed", succeeded=0, failed=0, skipped=0)
+        )
+    teller.finished("failed", detail=f"{path}: libs.measure: ButtonNotFound: no such luck")
+    picture, follower = Picture(teller.path, outline), Follower(teller.path)
+    read(picture, follower)
+    hole, stands = dict(picture.holes), set(picture.again.stands)
+    (told,) = [p for p in picture.take_changes()[1] if p.loop.endswith("scan")]
+    teller.tell(j.Resumed(labrun="0.1.0", count=1))
+    read(picture, follower)
+    (again,) = [p for p in picture.take_changes()[1] if p.loop.endswith("scan")]
+
+    assert hole == {("main/samples/*/scan", "A", "0,0"): "main/samples/A/scan/0,0"}
+    assert stands == set(hole.values())
+    assert (told.key, told.status, told.message) == ("0,0", "failed", "no such luck")
+    assert again.status == "waiting"
+
+
 def test_a_question_and_a_goal_under_way_end_with_the_run(teller, outline):
     teller.started().sent("main/samples/A/scan/0,0/go", action="gantry.move_to")
     teller.tell(j.Asked(path="main/ask_it", id="ask_it", text="Again?", choices=["yes", "no"]))

@@ -81,7 +81,7 @@ export class Pretended {
       word: 'running', done: 0, measured: 0, failed: 0, left: this.total, total: this.total, holes: 0, resumes: 0, operator: '', questions: 0, now: '', eta: null,
       phase: 'main', pausing: false,
       loops: [{ path: LOOP, title: 'scan', total: this.total, done: 0, succeeded: 0, failed: 0, skipped: 0, current: '0', placed: true }],
-      under_way: [], open_questions: [], needs_you: null, per_minute: 10, retries: 0, lines: 0, nodes: {}, params: {}, roles: {}, outputs: {},
+      under_way: [], open_questions: [], needs_you: null, per_minute: 10, retries: 0, lines: 0, stands: false, nodes: {}, params: {}, roles: {}, outputs: {},
       outline: [step(LOOP, null, 0, true), ...['lift', 'travel', 'lower', 'shoot', 'export'].map((name) => step(`${LOOP}/*/${name}`, LOOP, 1, false))],
       launch: { operator: '', note: '', checklist: [], at: '' }, protocol_text: '', changes: 0, seq: this.seq,
     }

@@ -3919,6 +3919,12 @@ export interface components {
              */
             seq: number;
             /**
+             * Stands
+             * @description To resume it would fail again where it failed: that point has to be measured again.
+             * @default false
+             */
+            stands: boolean;
+            /**
              * Total
              * @description How many the plan has, if that is known.
              */
@@ -4066,6 +4072,12 @@ export interface components {
              * @default 0
              */
             retries: number;
+            /**
+             * Stands
+             * @description To resume it would fail again where it failed: that point has to be measured again.
+             * @default false
+             */
+            stands: boolean;
             /**
              * Total
              * @description How many the plan has, if that is known.
