@@ -94,7 +94,7 @@ def read_config(written: dict[str, Any], contract: Contract) -> Config:
             f"{contract.type}: an action cannot be named {taken[0]}, which every driver has; rename it"
         )
     given = _object(written.get("actions"), "actions")
-    check_keys(tuple(contract.actions), given, "actions", ("actions",))
+    check_keys(tuple(contract.actions), given, "actions")
     missing = [name for name in contract.actions if name not in given]
     if missing:
         raise ValueError(f"actions: {missing[0]} of {contract.type} has no ROS action")
@@ -110,7 +110,7 @@ def read_config(written: dict[str, Any], contract: Contract) -> Config:
 
 def _action(written: Any, action: Action, where: str) -> RosGoal:
     given = _object(written, where)
-    check_keys(ACTION_KEYS, given, where, tuple(where.split(".")))
+    check_keys(ACTION_KEYS, given, where)
     aborted = given.get("aborted", "Aborted")
     if "aborted" in given and aborted not in action.errors:
         known = ", ".join(action.errors) or "none"

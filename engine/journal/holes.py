@@ -28,15 +28,14 @@ class UnknownHole(ValueError):
     """A key that belongs to no hole; the text says which there are."""
 
 
-class Holes:
-    """Holes that can be measured again, from records one by one; of a hole with holes inside, only itself.
+class Standing:
+    """Where a run failed for good, from records one by one; `holes` by path.
 
-    `found`: by path. `stands`: the paths of those at which the run itself failed.
+    An iteration in which a `once` action failed after it had happened: a resume fails there again.
     """
 
     def __init__(self) -> None:
-        self.found: dict[str, Hole] = {}
-        self.stands: set[str] = set()
+        self.holes: dict[str, Hole] = {}
         self._shots: dict[str, str] = {}
         self._failed: dict[str, str] = {}
         self._ended: dict[str, Hole] = {}
@@ -60,44 +59,48 @@ class Holes:
             case j.Finished(fate="failed"):
                 for path, hole in self._ended.items():
                     if record.detail.startswith(f"{path}: "):
-                        self.found[hole.path] = hole
-                        self.stands.add(hole.path)
+                        self.holes[hole.path] = hole
                 self._ended.clear()
-            case j.IterationEnded(loop=loop) if loop.startswith(MAIN):
-                path = f"{loop}/{record.key}"
-                self._forget(path)
-                for inner in [inner for inner in self._failed if inner.startswith(f"{path}/")]:
-                    del self._failed[inner]
-                if record.fate == "failed":
-                    self._forget_inside(path)
-                    self.found[path] = Hole(path, record.row_key, record.message)
+            case j.IterationEnded():
+                self._left(f"{record.loop}/{record.key}")
             case j.Redo():
                 for path in record.iterations:
-                    self._forget(path)
-                    self._forget_inside(path)
+                    self._left(path)
             case _:
                 pass
 
-    def _forget(self, path: str) -> None:
-        self.found.pop(path, None)
-        self.stands.discard(path)
-
-    def _forget_inside(self, path: str) -> None:
-        for inner in [inner for inner in self.found if inner.startswith(f"{path}/")]:
-            self._forget(inner)
+    def _left(self, path: str) -> None:
+        """An iteration is over, or entered anew: what failed in it no longer counts."""
+        for known in (self._failed, self.holes):
+            for inner in [one for one in known if f"{one}/".startswith(f"{path}/")]:
+                del known[inner]
 
 
-def holes_of(records: Iterable[j.JournalRecord]) -> Holes:
-    """Those of a journal."""
-    holes = Holes()
+def holes_of(records: Iterable[j.JournalRecord]) -> list[Hole]:
+    """Holes that can be measured again; of a hole with holes inside, only itself."""
+    found: dict[str, Hole] = {}
+    standing = Standing()
     for record in records:
-        holes.take(record)
-    return holes
+        standing.take(record)
+        match record:
+            case j.IterationEnded(loop=loop) if loop.startswith(MAIN):
+                path = f"{loop}/{record.key}"
+                found.pop(path, None)
+                if record.fate == "failed":
+                    _drop_inside(found, path)
+                    found[path] = Hole(path, record.row_key, record.message)
+            case j.Redo():
+                for path in record.iterations:
+                    found.pop(path, None)
+                    _drop_inside(found, path)
+            case _:
+                pass
+    return [*found.values(), *standing.holes.values()]
 
 
 def redo(records: Records | Sequence[j.JournalRecord], keys: Sequence[str], by: str) -> j.Redo:
     """The record that asks for these holes, by key or path, all if none is named; raises UnknownHole."""
-    holes = list(holes_of(records).found.values())
+    holes = holes_of(records)
     unknown = set(keys) - {name for hole in holes for name in (hole.key, hole.path)}
     if unknown or not holes:
         known = ", ".join(hole.key for hole in holes[:SHOWN])
@@ -111,3 +114,8 @@ def redo(records: Records | Sequence[j.JournalRecord], keys: Sequence[str], by: 
     )
     number = 2 + sum(isinstance(record, j.Redo) for record in records)
     return j.Redo(by=by, pass_number=number, iterations=chosen, reopened=list(around))
+
+
+def _drop_inside(found: dict[str, Hole], path: str) -> None:
+    for inner in [inner for inner in found if inner.startswith(f"{path}/")]:
+        del found[inner]

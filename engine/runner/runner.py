@@ -13,7 +13,7 @@ from ..check import Checked
 from ..control.server import ControlServer
 from ..dispatch.connect import connect
 from ..journal.encode import encode
-from ..journal.holes import holes_of
+from ..journal.holes import Standing
 from ..journal.journal import DiskFull, JournalFault, Records
 from ..run.folder import CONTRACTS, COPIES
 from ..run.run import Run
@@ -119,6 +119,9 @@ async def _end(run: Run, session: RunSession, ending: Ending) -> None:
 def _stands(run: Run) -> bool:
     """Whether it failed where a plain resume fails again, since what failed there had happened."""
     try:
-        return bool(holes_of(Records(run.folder / "journal.jsonl")).stands)
+        standing = Standing()
+        for record in Records(run.folder / "journal.jsonl"):
+            standing.take(record)
+        return bool(standing.holes)
     except (OSError, JournalFault):
         return False  # told where it was written

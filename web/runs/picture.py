@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...engine.journal.course import Course, split_goal_id
-from ...engine.journal.holes import Holes
+from ...engine.journal.holes import Standing
 from ...schemas import journal as j
 from ..local.clock import since_1970
 from ..models.runs import Fate, NodeState, PointState, Status
@@ -46,7 +46,7 @@ class Picture(Course):
         self.times: dict[str, list[float]] = defaultdict(list)
         self.files: dict[str, tuple[str, str, str]] = {}
         """File -> (loop, within, key) of its iteration."""
-        self.again = Holes()
+        self.standing = Standing()
         self.changed = Changed()
         self.retries = 0
         self.now = 0.0
@@ -88,12 +88,17 @@ class Picture(Course):
     def holes(self) -> dict[tuple[str, str, str], str]:
         """(loop, within, key) of iterations to be measured again -> their paths in the journal."""
         found: dict[tuple[str, str, str], str] = {}
-        for path in self.again.found:
+        for path in (*self.failed, *self.standing.holes):
             loop_path, _, key = path.rpartition("/")
             place = self._find(loop_path)
             if place is not None:
                 found[place.step.told.path, place.within, key] = path
         return found
+
+    @property
+    def hole_count(self) -> int:
+        """How many iterations can be measured again."""
+        return super().hole_count + len(self.standing.holes)
 
     def states(self) -> dict[str, NodeState]:
         """The states of all steps that have begun or been passed."""
@@ -157,7 +162,7 @@ class Picture(Course):
                 self._redo(record)
             case j.Resumed():
                 self._cut()
-                for path in self.again.stands:
+                for path in self.standing.holes:
                     self._reopen(path)
             case j.Control():
                 self._cut()
@@ -166,20 +171,19 @@ class Picture(Course):
             case _:
                 pass
         self.take(record)
-        self.again.take(record)
+        self.standing.take(record)
         if isinstance(record, j.Finished):
             self._fail_where_it_stands()
 
     def _fail_where_it_stands(self) -> None:
         """The iteration at which the run failed is one of its holes, if a resume cannot go on from there."""
-        for path in self.again.stands:
+        for path, hole in self.standing.holes.items():
             loop, _, key = path.rpartition("/")
             found = self._find(loop)
             table = self.table(found.step.told.path, found.within) if found is not None else None
             slot = table.slots.get(key) if table is not None else None
             if table is not None and slot is not None and not table.ended[slot]:
-                words = self.again.found[path].message
-                table.end(slot, table.index[slot], "failed", self.now, words)
+                table.end(slot, table.index[slot], "failed", self.now, hole.message)
                 self._point(table, slot)
 
     def _redo(self, record: j.Redo) -> None:

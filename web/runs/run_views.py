@@ -37,9 +37,9 @@ def summary(run: OpenRun) -> RunSummary:
         id=run.id, protocol=started.protocol if started is not None else inputs.title,
         file=inputs.file, fate=fate, reason=reason, live=run.live,
         began_at=run.began_at, ended_at=finished.at if finished is not None else None,
-        word=j.ended_as(fate, len(picture.again.found)), done=done, measured=done - failed, failed=failed,
+        word=j.ended_as(fate, picture.hole_count), done=done, measured=done - failed, failed=failed,
         left=None if total is None else max(0, total - done), total=total,
-        holes=len(picture.again.found), resumes=picture.resumes, operator=inputs.launch.operator,
+        holes=picture.hole_count, resumes=picture.resumes, operator=inputs.launch.operator,
         questions=len(picture.open_questions), now=_now_text(run),
         eta=None if over is None else (iso(over[0]), iso(over[1])),
     )  # fmt: skip
@@ -56,7 +56,7 @@ def head(run: OpenRun) -> RunHead:
         open_questions=[Question.of(asked) for asked in picture.open_questions.values()],
         needs_you=_needs_you(run),
         per_minute=per_minute(first) if first is not None and run.live else None,
-        retries=picture.retries, lines=len(picture.log), stands=bool(picture.again.stands),
+        retries=picture.retries, lines=len(picture.log), stands=bool(picture.standing.holes),
     )  # fmt: skip
 
 

@@ -80,5 +80,5 @@ def _board(said: dict[str, Any] | None) -> Board | None:
 
 
 def _filled(name: str, said: dict[str, Any] | None, usual: dict[str, float]) -> dict[str, float]:
-    check_keys(usual, said or {}, name, (name,))
+    check_keys(usual, said or {}, name)
     return {key: float((said or {}).get(key, value)) for key, value in usual.items()}

@@ -1,5 +1,6 @@
 """Excel and LibreOffice (.xlsx, .xls, .ods), read by python-calamine: the sheet with numbers, as text is."""
 
+from dataclasses import replace
 from datetime import date, time
 from io import BytesIO
 
@@ -36,7 +37,7 @@ def read(raw: bytes, columns: tuple[str, ...] | None = None) -> Readout:
     ((name, rows),) = filled.items()
     told = read_text("\n".join(map(_line, rows)).encode(), columns)
     more = (f"the sheet is {name!r}",) if len(sheets) > 1 else ()
-    return Readout(told.axis, told.shots, told.unit, (*more, *told.notes))
+    return replace(told, notes=(*more, *told.notes))
 
 
 def _numbers(row: list[object]) -> bool:

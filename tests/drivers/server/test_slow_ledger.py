@@ -108,12 +108,17 @@ def test_a_stop_is_answered_while_anything_else_is_written_or_read(bench, method
     assert "stopped by another client" in late["message"]  # though its lease is newer
 
 
+async def admitted_while_stopping(bench, raw, goal):
+    """A stop that is being carried out, and the answer to a goal that waits for its end."""
+    stopping = asyncio.create_task(raw.call("stop"))
+    await bench.until("safe")
+    return stopping, await raw.call("goal", **goal)
+
+
 def test_a_stop_is_answered_while_a_goal_that_waited_is_written_to_begin(bench):
     async def story():
         async with slow(bench, "begin", safe_s=0.5) as (raw, _, goal, sync):
-            stopping = asyncio.create_task(raw.call("stop"))
-            await bench.until("safe")
-            accepted = await raw.call("goal", **goal)
+            stopping, accepted = await admitted_while_stopping(bench, raw, goal)
             await sync.begun()
             stopped = await raw.call("stop")
             sync.ends()
@@ -130,9 +135,7 @@ def test_a_stop_is_answered_while_a_goal_that_waited_is_written_to_begin(bench):
 def test_a_goal_that_waited_tells_the_mark_of_its_beginning(bench):
     async def story():
         async with slow(bench, "bury", safe_s=0.1) as (raw, _, goal, _):
-            stopping = asyncio.create_task(raw.call("stop"))
-            await bench.until("safe")
-            accepted = await raw.call("goal", **goal)
+            stopping, accepted = await admitted_while_stopping(bench, raw, goal)
             await stopping
             return accepted, await raw.update("g1", "EXECUTING")
 
