@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from ...schemas import journal as j
 from ...schemas.messages import ledger_of
 from .course import MAIN, Course, split_goal_id
+from .holes import Standing
 from .journal import JournalFault, Records
 from .past import Past, PastGoal, upwards
 
@@ -77,6 +78,8 @@ class History(Course):
     """The newest goal of a step that may be done twice."""
     work_n: int = 0
     """The newest record that a changed protocol may be held against: not what a watch has read."""
+    standing: Standing = field(default_factory=Standing)
+    """Where it failed for good."""
     plans: dict[str, int | None] = field(default_factory=dict)
     """The outermost loops of the protocol that have begun -> how many iterations they have."""
 
@@ -131,6 +134,7 @@ class History(Course):
                 pass
         if type(record) in WORK:
             self.work_n = record.n
+        self.standing.take(record)
         Course.take(self, record)
 
     def _take_resumed(self, record: j.Resumed) -> None:

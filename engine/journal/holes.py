@@ -1,7 +1,8 @@
 """The holes of a run: iterations that failed and were left out, and how they are measured again.
 
 The iteration at which the run itself failed is one, too, where a `once` action in it failed after it had
-happened: a plain resume does not send it again, and would fail at it for ever.
+happened: a plain resume does not send it again, and would fail at it for ever. Outside any loop it is the
+step of that action.
 """
 
 from collections.abc import Iterable, Sequence
@@ -10,14 +11,17 @@ from dataclasses import dataclass
 from ...schemas import journal as j
 from .course import MAIN, split_goal_id
 from .journal import Records
-from .past import upwards
+from .past import PASS, upwards
 
 SHOWN = 12
 
 
 @dataclass(frozen=True, slots=True)
 class Hole:
-    """One iteration that failed; `key` is that of its row (`A/0,0` within another iteration)."""
+    """One iteration that failed; `key` is that of its row (`A/0,0` within another iteration).
+
+    Outside any loop, one step and its own path without `main/`.
+    """
 
     path: str
     key: str
@@ -31,7 +35,8 @@ class UnknownHole(ValueError):
 class Standing:
     """Where a run failed for good, from records one by one; `holes` by path.
 
-    An iteration in which a `once` action failed after it had happened: a resume fails there again.
+    An iteration (or a step outside any) in which a `once` action failed after it had happened: a resume
+    fails there again.
     """
 
     def __init__(self) -> None:
@@ -40,7 +45,7 @@ class Standing:
         self._failed: dict[str, str] = {}
         self._ended: dict[str, Hole] = {}
 
-    def take(self, record: j.JournalRecord) -> None:
+    def take(self, record: j.Record) -> None:
         """Learn from the next record."""
         match record:
             case j.GoalSent() if record.effect == "once" and record.id.partition("/")[2].startswith(
@@ -57,8 +62,9 @@ class Standing:
                     key = path.removeprefix(f"{loop}/").partition("/")[0]
                     self._ended.setdefault(path, Hole(f"{loop}/{key}", key, self._failed[path]))
             case j.Finished(fate="failed"):
-                for path, hole in self._ended.items():
+                for path, message in self._failed.items():
                     if record.detail.startswith(f"{path}: "):
+                        hole = self._ended.get(path) or _step(path, message)
                         self.holes[hole.path] = hole
                 self._ended.clear()
             case j.IterationEnded():
@@ -74,6 +80,12 @@ class Standing:
         for known in (self._failed, self.holes):
             for inner in [one for one in known if f"{one}/".startswith(f"{path}/")]:
                 del known[inner]
+
+
+def _step(path: str, message: str) -> Hole:
+    """The step of an action, whichever pass it was."""
+    step = path.partition(f"/{PASS}")[0]
+    return Hole(step, step.removeprefix(MAIN), message)
 
 
 def holes_of(records: Iterable[j.JournalRecord]) -> list[Hole]:

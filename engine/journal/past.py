@@ -65,7 +65,7 @@ class Past:
     turned: dict[str, j.Turned] = field(default_factory=dict)
     answers: dict[str, j.Answered] = field(default_factory=dict)
     passes: dict[str, int] = field(default_factory=dict)
-    """Iterations that are measured again -> the number of their newest pass."""
+    """Iterations and actions that are done again -> the number of their newest pass."""
     gone_through: set[str] = field(default_factory=set)
     _visited: set[str] = field(default_factory=set)
 
@@ -137,10 +137,10 @@ class Past:
             kept = {a: past for a, past in tries.items() if not past.was_under_way(n)}
             self.goals |= {path: kept} if kept else {}
 
-    def frame_path(self, iteration: str) -> str:
-        """The path of what is done in an iteration: a new pass has its own level."""
-        number = self.passes.get(iteration)
-        return iteration if number is None else f"{iteration}/{PASS}{number}"
+    def pass_path(self, path: str) -> str:
+        """The path of what is done in an iteration, or of an action: a new pass has its own level."""
+        number = self.passes.get(path)
+        return path if number is None else f"{path}/{PASS}{number}"
 
     def copy(self) -> "Past":
         """The same, for a tree that takes out of it what it has found."""

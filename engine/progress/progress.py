@@ -179,7 +179,7 @@ def ending_lines(event: Event) -> list[str]:
     resume = f'labrun resume "{run}"' if " " in run else f"labrun resume {run}"
     if event.data.get("stands"):
         lines.append("what failed has happened, so it is done again only if you ask for it")
-        lines.append(f"measure that point again, and continue, with: {resume} --holes")
+        lines.append(f"do it again, and continue, with: {resume} --holes")
     elif event.data.get("resumable", event.state != "succeeded"):
         lines.append(f"continue with: {resume}")
     if (holes := event.data["holes"]) and not event.data.get("stands"):

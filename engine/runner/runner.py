@@ -13,7 +13,6 @@ from ..check import Checked
 from ..control.server import ControlServer
 from ..dispatch.connect import connect
 from ..journal.encode import encode
-from ..journal.holes import Standing
 from ..journal.journal import DiskFull, JournalFault, Records
 from ..run.folder import CONTRACTS, COPIES
 from ..run.run import Run
@@ -108,20 +107,9 @@ async def _end(run: Run, session: RunSession, ending: Ending) -> None:
     for line in failed:
         run.log(line)
     holes = run.history.hole_count
-    stands = ending.fate == "failed" and await asyncio.to_thread(_stands, run)
     run.tell(
         "finished", run.folder.name, ending.fate, ending.reason, holes=holes, outputs=encode(outputs),
         folder=str(run.folder), detail=ending.detail, points=run.history.points().words(holes),
-        resumable=ending.fate != "succeeded" and not run.history.is_through, stands=stands,
+        resumable=ending.fate != "succeeded" and not run.history.is_through,
+        stands=ending.fate == "failed" and bool(run.history.standing.holes),
     )  # fmt: skip
-
-
-def _stands(run: Run) -> bool:
-    """Whether it failed where a plain resume fails again, since what failed there had happened."""
-    try:
-        standing = Standing()
-        for record in Records(run.folder / "journal.jsonl"):
-            standing.take(record)
-        return bool(standing.holes)
-    except (OSError, JournalFault):
-        return False  # told where it was written

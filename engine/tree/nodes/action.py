@@ -67,7 +67,7 @@ class ActionLeaf(Node):
     def initialise(self) -> None:
         self.request, self.unknown = None, None
         self.lost, self.repeating = 0, False
-        self.path = f"{self.scope.frame.path}/{self.plan.segment}"
+        self.path = self.run.past.pass_path(f"{self.scope.frame.path}/{self.plan.segment}")
         try:
             arguments = self._arguments()
             timeout_s = self._timeout(arguments)

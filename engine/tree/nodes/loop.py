@@ -262,7 +262,7 @@ class Loop(Parent):
         own = self.turns.own(index)
         outer = self.outer.frame
         key = self.turns.key(index, outer.names.new_child(own))
-        path = self.run.past.frame_path(f"{self.path}/{key}")
+        path = self.run.past.pass_path(f"{self.path}/{key}")
         made = Iteration(index, key, outer.iteration(path, key, own))
         made.frame.around = (*outer.around, (self.turns.words, index))
         if self.at_once > 1:

@@ -95,6 +95,27 @@ def test_the_point_at_which_the_run_failed(bench):
     assert ran.finished.points.model_dump() == {"plan": 4, "measured": 4, "failed": 0, "left": 0}
 
 
+def test_the_shot_at_which_the_run_failed(bench):
+    """As before, at a shot outside any loop -> A plain resume fails there again. `--holes` sends that shot
+    anew and no other, as often as it is asked for, and the run goes on."""
+    steps = """
+steps:
+  - {id: first, do: a.shoot, with: {name: x0}}
+  - id: group
+    retry: 2
+    steps: [{id: x, do: a.shoot, with: {name: x1, script: "Half,Half,ok"}}]
+  - {do: b.act, with: {name: after}}
+"""
+    first, plain = bench.run(steps), bench.resume()
+    again = bench.resume(holes=True)
+
+    ran = bench.resume(point=["group/x"])
+
+    assert [first.status, plain.status, again.status, ran.status] == [1, 1, 1, 0]
+    assert ran.sent == ["x0", "x1", "x1", "x1", "after"]
+    assert shots(ran)[1:] == [f"main/group/x{level}/1" for level in ("", "/pass:2", "/pass:3")]
+
+
 def test_rows_are_replaced(bench):
     """A hole is measured again -> Its row is replaced; the journal has both."""
     bench.run(LOOP)
