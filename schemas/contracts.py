@@ -17,7 +17,7 @@ READ = "contracts.json"
 
 
 class ContractFault(ValueError):
-    """A contract file that cannot be read, with the reason; `place`: where in its actions, if known."""
+    """A contract file that cannot be read, with the reason; `place`: where in it, if known."""
 
     def __init__(self, message: str, place: tuple[str | int, ...] = ()) -> None:
         super().__init__(message)

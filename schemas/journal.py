@@ -70,7 +70,8 @@ class Redo(Record):
     """A person has asked for holes to be measured again: in a new pass, with new goals.
 
     `iterations` are the paths of the holes, or of a step outside any loop at which the run failed;
-    `pass_number` is the level in the ids of their new goals. `reopened` are finished iterations around them: their finished work stands, settings are made again.
+    `pass_number` is the level in the ids of their new goals. `reopened` are finished iterations around
+    them: their finished work stands, settings are made again.
     """
 
     kind: Literal["redo"] = "redo"

@@ -6,6 +6,7 @@ unit. pint is imported on first use, since its registry takes a third of a secon
 
 import re
 import sys
+from collections.abc import Collection
 from functools import cache, lru_cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, TypeGuard
@@ -35,6 +36,7 @@ KINDS = {
     "[length] / [time] ** 2": "an acceleration",
     "1 / [time]": "a rate",
     "[current]": "a current",
+    "[current] * [time]": "a charge",
     "[mass] * [length] ** 2 / [time] ** 2": "an energy",
     "dimensionless": "a plain number",
 }
@@ -67,6 +69,13 @@ WOULD_BE = {
     "gr": "a grain, 0.065 g", "MM": "a megamolar", "ML": "a megalitre", "PA": "a petaampere",
 }  # fmt: skip
 """What nobody means."""
+OFTEN_OF_HEAT = {"C": "a coulomb, a charge", "F": "a farad, a capacitance"}
+"""What a temperature is written in by whom pint takes at his word."""
+_HEAT = re.compile(
+    r"(?<![a-z])temp(s|eratures?)?(?![a-z])|celsius|fahrenheit|°|heat|cool|chill|oven|furnace|thermo",
+    re.I,
+)
+_NO_HEAT = re.compile(r"charg|capaci|coulomb|farad", re.I)
 TURNS = {"turn", "revolutions_per_minute", "revolutions_per_second", "degree"}
 
 
@@ -136,6 +145,25 @@ def unit_of(text: str, wanted: str | None = None) -> Any:
         return units.Unit(text)
     except Exception as fault:  # pint raises half a dozen unrelated classes for a bad unit
         raise UnitError(f"{text!r} is not a unit{_did_you_mean(text, wanted)}") from fault
+
+
+def unit_fault(unit: str, about: str, beside: Collection[str] = ()) -> str:
+    """What is wrong in the unit that a value is said to have; empty if nothing is.
+
+    `about`: its name and whatever is said of it; `beside`: the units of other values. Both tell whether C
+    is meant for a coulomb.
+    """
+    try:
+        unit_of(unit)
+    except UnitError as fault:
+        return str(fault)
+    if unit not in OFTEN_OF_HEAT or _NO_HEAT.search(about):
+        return ""
+    words, meant = OFTEN_OF_HEAT[unit], MEANT[unit]
+    if not (_HEAT.search(about) or any(one in ("degC", "degF", "°C", "°F") for one in beside)):
+        return ""
+    written_out = words.split()[1].rstrip(",")
+    return f"{unit!r} would be {words}; did you mean {meant}? Write {written_out} if it is one"
 
 
 def _did_you_mean(text: str, wanted: str | None = None) -> str:

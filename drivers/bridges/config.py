@@ -225,7 +225,9 @@ class BridgeConfig(Model):
 
         for part in ("params", "returns"):
             for one, schema in getattr(said, part).items():
-                for path, message, key in schema_faults(schema, self.own_keys, self.elsewhere):
+                for path, message, key in schema_faults(
+                    f"{name} {one}", schema, self.own_keys, self.elsewhere
+                ):
                     yield ConfigFault((part, one, *path), message, key)
         if apart and (said.params or said.returns):
             made, given = self._action(said), (action.param_schemas(), action.returns)

@@ -5,7 +5,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from ...schemas.patterns import PatternFault, check_schema, regular_expression, unknown_keywords
-from ...schemas.quantity import UnitError, unit_of
+from ...schemas.quantity import unit_fault
 from .answers import OWN, words_of
 from .number_forms import form_faults
 
@@ -13,20 +13,20 @@ Path = tuple[str | int, ...]
 
 
 def schema_faults(
-    schema: dict[str, Any], own_keys: Collection[str], elsewhere: str
+    name: str, schema: dict[str, Any], own_keys: Collection[str], elsewhere: str
 ) -> Iterator[tuple[Path, str, bool]]:
     """(path, message, whether it is about the key): `own_keys` say how a value is written here."""
     from jsonschema import SchemaError
 
     try:
         check_schema(schema)
-        if "unit" in schema:
-            unit_of(str(schema["unit"]))
     except SchemaError as fault:
         yield tuple(fault.absolute_path), fault.message, False
         return
-    except UnitError as fault:
-        yield ("unit",), str(fault), False
+    if "unit" in schema and (
+        said := unit_fault(str(schema["unit"]), f"{name} {schema.get('description', '')}")
+    ):
+        yield ("unit",), said, False
     for path, known in unknown_keywords(schema, own_keys):
         key = str(path[-1])
         near = get_close_matches(key, known, n=1)

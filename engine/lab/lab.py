@@ -12,19 +12,21 @@ from ...schemas.contracts import ContractFault, shipped_contracts
 from ...schemas.lab import Lab, LabDevice, Limit
 from ...schemas.patterns import check_schema, unknown_keywords, validator
 from ...schemas.problem import Problem
-from ...schemas.quantity import UnitError, magnitude_in, unit_of
+from ...schemas.quantity import UnitError, magnitude_in, unit_fault
 from ...system import NO_FILE, WINDOWS
 from ...system.extras import OF_DRIVERS, missing
 from ..language.file_text import file_text
 from ..language.shape import read_model
 from ..language.source import Source, parse_source, read_source
 from ..language.suggest import did_you_mean, listed
+from .addresses import one_address
 from .config_contracts import broken, said_contracts
 
 SHIPPED = Path(__file__).parents[2] / "protocols"
 CODES = {
     "E130": "a contract of a lab that cannot be used",
     "W130": "a driver that is not installed here",
+    "W131": "two devices at one address",
     "E132": "a config that does not fit its driver or its contract",
     "E131": "a limit of a lab for an unknown parameter, or in the wrong unit",
 }
@@ -100,6 +102,7 @@ def load_lab(path: Path | None) -> tuple[LoadedLab | None, list[Problem]]:
     problems += said_contracts(lab, contracts, source)
     problems += _check_names(lab, source)
     problems += _check_devices(lab, contracts, source, path, unread)
+    problems += one_address(lab, source)
     return LoadedLab(lab, path, contracts, source), problems
 
 
@@ -151,7 +154,7 @@ def _own_contract(source: Source | None) -> tuple[Contract | None, list[Problem]
         try:
             check_schemas(contract)
         except ContractFault as fault:
-            problems = [source.problem(("actions", *fault.place), "E130", str(fault))]
+            problems = [source.problem(fault.place, "E130", str(fault))]
     return contract, problems
 
 
@@ -172,22 +175,23 @@ def check_schemas(contract: Contract) -> None:
         try:
             check_interlock(f"{action_name}.interlock", action.interlock, contract.status)
         except ContractFault as fault:
-            raise ContractFault(str(fault), (action_name, "interlock")) from fault
+            raise ContractFault(str(fault), ("actions", action_name, "interlock")) from fault
         for part, schema in (("params", action.params), ("returns", action.returns)):
-            where, place = f"{action_name}.{part}", (action_name, part)
+            where, place = f"{action_name}.{part}", ("actions", action_name, part)
             try:
                 check_schema(schema)
                 for path, known in unknown_keywords(schema):
                     guess = did_you_mean(path[-1], known)
                     message = f"{where}: unknown key {'.'.join(path)}{guess}"
                     raise ContractFault(message, (*place, *path))
-                for unit in _units(schema):
-                    unit_of(unit)
             except SchemaError as fault:
                 message = f"{where} is not a valid JSON Schema: {fault.message}"
                 raise ContractFault(message, (*place, *fault.absolute_path)) from fault
-            except UnitError as fault:
-                raise ContractFault(f"{where}: {fault}", place) from fault
+    known = list(_units(contract.model_dump(include={"status", "actions"}), ()))
+    for path, unit, said in known:
+        about = ".".join(str(part) for part in path if part not in ("actions", "properties"))
+        if words := unit_fault(unit, f"{about} {said}", [one for _, one, _ in known]):
+            raise ContractFault(f"{about}: {words}", (*path, "unit"))
 
 
 def check_interlock(where: str, interlock: dict[str, Any], status: JsonSchema) -> None:
@@ -203,16 +207,18 @@ def check_interlock(where: str, interlock: dict[str, Any], status: JsonSchema) -
             raise ContractFault(f"{where}.{field} never holds: {fault.message}")
 
 
-def _units(schema: Any) -> Iterator[str]:
-    """Every `unit` beside a `type` in a schema."""
+def _units(
+    schema: Any, path: tuple[str | int, ...]
+) -> Iterator[tuple[tuple[str | int, ...], str, str]]:
+    """Where a `unit` stands beside a `type` in a schema, the unit, and what is said of its value."""
     if isinstance(schema, dict):
         if "unit" in schema and "type" in schema:
-            yield str(schema["unit"])
-        for inner in schema.values():
-            yield from _units(inner)
+            yield path, str(schema["unit"]), str(schema.get("description", ""))
+        for key, inner in schema.items():
+            yield from _units(inner, (*path, key))
     elif isinstance(schema, list):
-        for inner in schema:
-            yield from _units(inner)
+        for index, inner in enumerate(schema):
+            yield from _units(inner, (*path, index))
 
 
 def _check_names(lab: Lab, source: Source) -> Iterator[Problem]:

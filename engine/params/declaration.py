@@ -6,7 +6,7 @@ from typing import Any
 from ...schemas.patterns import PatternFault, regular_expression
 from ...schemas.problem import Problem
 from ...schemas.protocol import Param
-from ...schemas.quantity import UnitError, unit_of
+from ...schemas.quantity import QUANTITY, unit_fault
 from ..language.operators import words
 from ..language.source import Source
 from ..language.suggest import did_you_mean
@@ -54,10 +54,11 @@ def _unit(name: str, param: Param, source: Source) -> Iterator[Problem]:
             )
         yield _wrong(name, ("unit",), source, f"{a_kind(param.type)} has no unit", hint, key=True)
     elif param.unit is not None:
-        try:
-            unit_of(param.unit)
-        except UnitError as fault:
-            guess = "" if "; " in str(fault) else did_you_mean(param.unit, UNITS)
+        said = (param.default, param.minimum, param.maximum)
+        beside = [found[2] for one in said if (found := QUANTITY.match(str(one)))]
+        fault = unit_fault(param.unit, f"{name} {param.summary}", beside)
+        if fault:
+            guess = "" if "; " in fault else did_you_mean(param.unit, UNITS)
             yield _wrong(
                 name, ("unit",), source, f"{fault}{guess}", "such as mm, s, degC or mL/min"
             )

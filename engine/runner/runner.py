@@ -13,7 +13,7 @@ from ..check import Checked
 from ..control.server import ControlServer
 from ..dispatch.connect import connect
 from ..journal.encode import encode
-from ..journal.journal import DiskFull, JournalFault, Records
+from ..journal.journal import DiskFull, JournalFault
 from ..run.folder import CONTRACTS, COPIES
 from ..run.run import Run
 from ..run.summary import keep_summary

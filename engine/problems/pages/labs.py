@@ -64,6 +64,22 @@ Fails as a lab:
     devices:
       gantry: {contract: gantry@1, driver: sim_gantri}
 
+W131. A serial port, and the address of an instrument, is that of one device: the second cannot open it, or
+each reads what the other has asked. Several on one line each say `shared: true`. Units behind one Modbus
+gateway are no fault.
+
+Passes as a lab:
+
+    devices:
+      left: {contract: gantry@1, driver: grbl, config: {port: /dev/ttyUSB0}}
+      right: {contract: gantry@1, driver: grbl, config: {port: /dev/ttyUSB1}}
+
+Fails as a lab:
+
+    devices:
+      left: {contract: gantry@1, driver: grbl, config: {port: /dev/ttyUSB0}}
+      right: {contract: gantry@1, driver: grbl, config: {port: /dev/ttyUSB0}}
+
 E208. A contract is named with its version, such as gantry@1, and must be one that ships with
 labrun or one of the lab's own.
 

@@ -65,6 +65,11 @@ def test_the_checker_knows_it_as_any_other(tmp_path):
     ("old", "new", "told"),
     [
         ("unit: V}}}", "unit: Vx}}}", "E132 8:83 'Vx' is not a unit"),
+        (
+            "{voltage: {type: number, unit: V}}",
+            "{dew_temp: {unit: C}}",
+            "E132 8:70 'C' would be a coulomb, a charge; did you mean degC?",
+        ),
         ("{range:g}", "{rnge:g}", "E132 9:28 {rnge}: the action has no parameter 'rnge'"),
         ("{range:g}", "{range:d}", "E132 9:28 {range:d}: Unknown format code 'd'"),
         ("{range:g}", "{range", "E132 9:28"),
@@ -215,6 +220,7 @@ def test_one_that_stands_apart_and_what_is_said_must_agree(tmp_path):
 
 def test_two_devices_may_share_what_is_said(tmp_path):
     second = LAB.replace("devices:\n", "").replace("  dmm:\n", "  dmm2:\n    contract: dmm@1\n")
+    second = second.replace("10.0.0.5", "10.0.0.6")
     lab, problems = load(tmp_path, LAB + second)
     _, differing = load(tmp_path, LAB + second.replace("SHOT", "SHOT, effect: idempotent"))
 

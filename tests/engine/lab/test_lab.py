@@ -66,7 +66,7 @@ def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
 @pytest.mark.parametrize(
     ("right", "wrong", "place"),
     [
-        ("degC", "degX", "E130 4:13"), ("maximum", "maximun", "E130 4:71"),
+        ("degC", "degX", "E130 4:56"), ("degC", "C", "E130 4:56"), ("maximum", "maximun", "E130 4:71"),
         ("oven@1", "oven", "E112 1:7"), ("heat:", "heat:\n    effekt: once", "E110 4:5"),
         ("  heat", "\theat", "E101 3:1"), (FURNACE, "", "E100 1:1"),
     ],
@@ -130,6 +130,11 @@ def test_a_start_timeout_that_is_not_a_time_is_a_problem(tmp_path, value):
             "  h: {contract: gantry@1, driver: grbl, port: 4101}",
             "E112", "port 4101 is already that of g",
         ),
+        (
+            "devices:\n  g: {contract: gantry@1, driver: grbl, config: {port: COM3}}\n"
+            "  h: {contract: gantry@1, driver: marlin, config: {port: com3}}",
+            "W131", "h is at com3, as g is",
+        ),
     ],
 )  # fmt: skip
 def test_a_mistake_in_a_lab_is_told_once_with_the_way_on(tmp_path, text, code, words):
@@ -139,6 +144,25 @@ def test_a_mistake_in_a_lab_is_told_once_with_the_way_on(tmp_path, text, code, w
 
     assert problem.code == code
     assert words in problem.message + problem.hint
+
+
+def test_only_what_cannot_be_shared_is_told(tmp_path):
+    path = tmp_path / "lab.yaml"
+    lines = ["devices:"]
+    for name, driver, place in (
+        ("a", "text", "resource: 10.0.0.5:5025"), ("b", "scpi", "resource: TCPIP::10.0.0.5::5025::SOCKET"),
+        ("c", "text", "resource: /dev/x, shared: true"), ("d", "text", "resource: /dev/x, shared: true"),
+        ("e", "text", "resource: /dev/x"), ("f", "text", "resource: udp://10.0.0.5:5025"),
+        ("g", "modbus", "resource: 10.0.0.5:502"), ("h", "modbus", "resource: 10.0.0.5:502, unit: 2"),
+        ("i", "sim_text", "resource: 10.0.0.5:5025"), ("j", "http", 'url: "http://10.0.0.5:5025"'),
+    ):  # fmt: skip
+        lines.append(f"  {name}: {{contract: balance@1, driver: {driver}, config: {{{place}}}}}")
+    path.write_text("\n".join(lines))
+    found = [(p.line, p.message) for p in load_lab(path)[1] if p.code == "W131"]
+
+    assert found == [
+        (3, "b is at TCPIP::10.0.0.5::5025::SOCKET, as a is"), (6, "e is at /dev/x, as c is"),
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
