@@ -85,6 +85,7 @@ class Ledger:
             with_files = self._disk.execute("SELECT goal FROM files GROUP BY goal ORDER BY seq")
             self._with_files: list[str] = [row[0] for row in with_files]
             self.touched = self._close_open_goals()
+            self._file = _file_of(path)
             on_failure.pop_all()
 
     def queued(self, work: Callable[[*Args], T], *args: *Args) -> asyncio.Future[T]:
@@ -102,6 +103,23 @@ class Ledger:
         except LedgerFault as fault:
             done.set_exception(fault)
         return done
+
+    def taken_away(self) -> str:
+        """What to say if its file is no longer where it was; empty as long as it is.
+
+        What a server would write to a file that was removed is lost with the server.
+        """
+        if str(self.path) == ":memory:" or _file_of(self.path) == self._file:
+            return ""
+        what = "replaced" if self.path.exists() else "removed"
+        return (
+            f"the ledger {self.path} was {what} while this server had it, so it begins nothing more; "
+            "end this server and start it again"
+        )
+
+    def _must_be_there(self) -> None:
+        if said := self.taken_away():
+            raise LedgerFault(said)
 
     def _open(self) -> sqlite3.Connection:
         self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -197,6 +215,7 @@ class Ledger:
 
         Raises LedgerFault, and nothing has changed, for an id that is known already.
         """
+        self._must_be_there()
         with self.writing():
             seq = self._change(goal.id, state)
             self._disk.execute(
@@ -316,6 +335,7 @@ class Ledger:
 
     def lease(self, device: str, holder: str) -> int:
         """A new epoch for a new lease; on disk before it is sent to the holder."""
+        self._must_be_there()
         epoch = self.epoch(device) + 1
         with self.writing():
             self._change(device, epoch, holder)
@@ -346,6 +366,15 @@ class Ledger:
         if self._thread is not None:
             self._thread.close()
         self._disk.close()
+
+
+def _file_of(path: Path) -> tuple[int, int] | None:
+    """Which file is there; None for none, or one that cannot be seen."""
+    try:
+        there = path.stat()
+    except OSError:
+        return None
+    return there.st_dev, there.st_ino
 
 
 @contextmanager

@@ -32,6 +32,7 @@ from .settings import ServerSettings
 
 __all__ = ["ServeFault", "main", "read_settings", "serve", "serving"]
 
+LOG = logging.getLogger("labrun")
 NOT_STARTED = 4
 LOOK_S = 1.0
 """Whether anybody still needs it: an owner that was killed cannot say so."""
@@ -70,6 +71,9 @@ async def _until_needless(
             async with asyncio.timeout(LOOK_S):
                 await ended.wait()
         if not (owned := alive(settings.owner_pid)) and settings.ends_with_owner and server.idle:
+            return
+        if server.idle and (said := server.ledger.taken_away()):
+            LOG.warning("%s. It ends.", said)
             return
         if not server.calm or owned:
             needed_at = clock()

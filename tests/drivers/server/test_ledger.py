@@ -148,6 +148,26 @@ def test_a_second_server_is_kept_out(path):
     assert str(path) in str(caught.value)
 
 
+@pytest.mark.posix("an open file can be taken away")
+@pytest.mark.parametrize("what", ["removed", "replaced"])
+def test_nothing_begins_on_a_ledger_whose_file_was_taken_away(path, what):
+    with closing(Ledger(path)) as ledger:
+        ledger.admit(goal("g1"), "EXECUTING")
+        path.parent.rename(path.parent.with_name("old"))
+        others = [Ledger(path)] if what == "replaced" else []
+        for begun in (
+            lambda: ledger.admit(goal("g2"), "EXECUTING"),
+            lambda: ledger.lease("arm", "me"),
+        ):
+            with pytest.raises(LedgerFault, match=f"was {what} while this server had it"):
+                begun()
+        ledger.end("g1", "SUCCEEDED")
+        for other in others:
+            other.close()
+
+        assert ledger.report("g1").state == "SUCCEEDED"
+
+
 def test_a_place_that_cannot_be_written_is_not_told_as_another_server(path):
     path.mkdir(parents=True)
 

@@ -165,6 +165,24 @@ def test_it_stays_as_long_as_its_owner_lives(bench):
     assert asyncio.run(story()) == (None, 0)
 
 
+@pytest.mark.posix("an open file can be taken away")
+@pytest.mark.soak
+def test_a_server_whose_folder_was_replaced_ends_once_nobody_holds_a_device(bench):
+    async def story():
+        server = await start_server(bench.settings(), bench.folder)
+        async with bench.client(server.url) as client:
+            (bench.folder / "server").rename(bench.folder / "old")
+            outcome = await client.follow(bench.goal(client, "hold", seconds=0))
+            needed = server.process.returncode
+        return needed, outcome, await asyncio.wait_for(server.process.wait(), 500)
+
+    needed, outcome, status = asyncio.run(story())
+
+    assert (needed, outcome.state, status) == (None, "ABORTED", 0)
+    assert "was removed while this server had it" in outcome.error.message
+    assert "It ends." in (bench.folder / "server.log").read_text()
+
+
 def test_with_its_owner_it_ends_once_nobody_holds_a_device_whoever_looks_on(bench):
     owner = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
 
