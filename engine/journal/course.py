@@ -4,10 +4,12 @@ What the engine remembers, a report, the page's picture and torture's account ar
 learns more of its own. Such a reader looks at a record while the course still says what was before it.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any
 
 from ...schemas import journal as j
+from .past import PASS
 
 MAIN = "main/"
 """Goals elsewhere (in `on_resume` and `finally`) move devices outside the protocol's own order."""
@@ -25,12 +27,27 @@ class Goal:
     session: int
 
 
+@dataclass(frozen=True, slots=True)
+class Hole:
+    """One iteration that failed; `key` is that of its row (`A/0,0` within another iteration).
+
+    Outside any loop, one step and its own path without `main/`.
+    """
+
+    path: str
+    key: str
+    message: str
+
+
 @dataclass(slots=True)
 class Course:
     """How far a run is, as of the last record that was taken.
 
     `session`: the number of the present engine session. `resumes`: how often `on_resume` was due.
-    `failed`: the paths of the holes; `_within`: by path, those that are or were below it.
+    `failed`: by path, the iterations that failed and were left out; `_within`: by path, those that
+    are or were below it. `stands`: by path, the iteration (or the step outside any) at which the run
+    failed by a `once` action that had happened: a plain resume fails there again. `_happened`,
+    `_stopped_at`: such actions, by path, and the iterations in which the loops around them have ended.
     `under_way`, `open_questions`: by the goal's id, and by path. `last_at`: when an engine wrote a
     record last.
     """
@@ -46,7 +63,10 @@ class Course:
     aborted_by: str = ""
     under_way: dict[str, Goal] = field(default_factory=dict)
     open_questions: dict[str, j.Asked] = field(default_factory=dict)
-    failed: set[str] = field(default_factory=set)
+    failed: dict[str, Hole] = field(default_factory=dict)
+    stands: dict[str, Hole] = field(default_factory=dict)
+    _happened: dict[str, str] = field(default_factory=dict)
+    _stopped_at: dict[str, Hole] = field(default_factory=dict)
     _within: dict[str, set[str]] = field(default_factory=dict)
     last_n: int = 0
     last_hash: str = ""
@@ -58,10 +78,11 @@ class Course:
             case j.GoalSent():
                 path, attempt = split_goal_id(record.id)
                 self.under_way[record.id] = Goal(record, path, attempt, self.session)
+                self._happened.pop(path, None)
             case j.GoalEnded():
-                self.under_way.pop(record.id, None)
+                self._take_outcome(self.under_way.pop(record.id, None), record)
             case j.IterationEnded():
-                self._take_end(f"{record.loop}/{record.key}", record.fate)
+                self._take_end(f"{record.loop}/{record.key}", record)
             case j.Marked() | j.StepEnded():
                 pass
             case j.Started():
@@ -73,12 +94,15 @@ class Course:
             case j.Changed():
                 self.changes.append(record)
                 self.open_questions.clear()
-                self.failed.difference_update(record.reopened)
+                for path in record.reopened:
+                    self.failed.pop(path, None)
+                self.stands.clear()
             case j.Redo():
                 self.redone.append(record)
                 self.finished = None
                 for path in record.iterations:
                     self._forget_holes(path)
+                    self._leave(path)
             case j.Phase():
                 self.phase = record.phase
                 name, _, number = record.phase.partition(":")
@@ -92,28 +116,54 @@ class Course:
                 self.paused = record.verb == "pause"
                 if record.verb.startswith("abort"):
                     self.aborted_by = record.by
+            case j.LoopEnded():
+                self._take_loop(record)
             case j.Finished():
                 self.finished, self.paused = record, False
                 self.open_questions.clear()
+                for path, message in self._happened.items():
+                    if record.fate == "failed" and record.detail.startswith(f"{path}: "):
+                        hole = self._stopped_at.get(path) or _step(path, message)
+                        self.stands[hole.path] = hole
+                self._stopped_at.clear()
             case _:
                 pass
         self.last_n, self.last_hash = record.n, record.hash
         if type(record) not in BY_COMMANDS:
             self.last_at = record.at
 
-    def _take_end(self, place: str, fate: str) -> None:
+    def _take_outcome(self, goal: Goal | None, record: j.GoalEnded) -> None:
+        if goal is None or record.error is None or record.error.happened != "yes":
+            return
+        if goal.record.effect == "once" and goal.path.startswith(MAIN):
+            self._happened[goal.path] = record.error.message
+
+    def _take_loop(self, record: j.LoopEnded) -> None:
+        for path, message in self._happened.items():
+            if record.fate == "failed" and path.startswith(f"{record.loop}/"):
+                key = path.removeprefix(f"{record.loop}/").partition("/")[0]
+                self._stopped_at.setdefault(path, Hole(f"{record.loop}/{key}", key, message))
+
+    def _take_end(self, place: str, record: j.IterationEnded) -> None:
         """Of an iteration that failed with holes inside, only itself is a hole."""
-        if fate == "failed" and place.startswith(MAIN):
+        self._leave(place)
+        if record.fate == "failed" and place.startswith(MAIN):
             self._forget_holes(place)
-            self.failed.add(place)
+            self.failed[place] = Hole(place, record.row_key, record.message)
             for end in (i for i, character in enumerate(place) if character == "/"):
                 self._within.setdefault(place[:end], set()).add(place)
         else:
-            self.failed.discard(place)
+            self.failed.pop(place, None)
 
     def _forget_holes(self, path: str) -> None:
-        self.failed.discard(path)
-        self.failed -= self._within.pop(path, set())
+        for inner in (path, *self._within.pop(path, ())):
+            self.failed.pop(inner, None)
+
+    def _leave(self, path: str) -> None:
+        """An iteration is over, or entered anew: what failed in it no longer counts."""
+        for known in (self._happened, self.stands):
+            for inner in [one for one in known if f"{one}/".startswith(f"{path}/")]:
+                del known[inner]
 
     @property
     def inputs(self) -> j.Started | j.Changed | None:
@@ -131,9 +181,25 @@ class Course:
         return self.inputs.roles if self.inputs is not None else {}
 
     @property
+    def holes_by_path(self) -> dict[str, Hole]:
+        """The iterations that can be measured again, in the order in which they failed."""
+        return self.failed | self.stands
+
+    @property
     def hole_count(self) -> int:
-        """How many iterations are left out."""
-        return len(self.failed)
+        """How many iterations can be measured again."""
+        return len(self.failed) + len(self.stands)
+
+    def stood(self, loops: Collection[str]) -> int:
+        """At how many iterations of these loops the run stands, now that it has ended."""
+        over = self.finished is not None
+        return sum(path.rpartition("/")[0] in loops for path in self.stands) if over else 0
+
+
+def _step(path: str, message: str) -> Hole:
+    """The step of an action, whichever pass it was."""
+    step = path.partition(f"/{PASS}")[0]
+    return Hole(step, step.removeprefix(MAIN), message)
 
 
 def split_goal_id(goal_id: str) -> tuple[str, int]:

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 from ...schemas import journal as j
 from ...schemas.messages import ledger_of
 from .course import MAIN, Course, split_goal_id
-from .holes import Standing
 from .journal import JournalFault, Records
 from .past import Past, PastGoal, upwards
 
@@ -78,8 +77,6 @@ class History(Course):
     """The newest goal of a step that may be done twice."""
     work_n: int = 0
     """The newest record that a changed protocol may be held against: not what a watch has read."""
-    standing: Standing = field(default_factory=Standing)
-    """Where it failed for good."""
     plans: dict[str, int | None] = field(default_factory=dict)
     """The outermost loops of the protocol that have begun -> how many iterations they have."""
 
@@ -134,7 +131,6 @@ class History(Course):
                 pass
         if type(record) in WORK:
             self.work_n = record.n
-        self.standing.take(record)
         Course.take(self, record)
 
     def _take_resumed(self, record: j.Resumed) -> None:
@@ -270,8 +266,9 @@ class History(Course):
         )
         totals = list(self.plans.values())
         plan = None if None in totals else sum(total or 0 for total in totals)
-        measured, failed = fates["succeeded"], fates["failed"]
-        left = None if plan is None else max(0, plan - fates.total())
+        stood = self.stood(self.plans)
+        measured, failed = fates["succeeded"], fates["failed"] + stood
+        left = None if plan is None else max(0, plan - fates.total() - stood)
         return j.Points(plan=plan, measured=measured, failed=failed, left=left)
 
     @property

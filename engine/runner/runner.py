@@ -110,6 +110,5 @@ async def _end(run: Run, session: RunSession, ending: Ending) -> None:
     run.tell(
         "finished", run.folder.name, ending.fate, ending.reason, holes=holes, outputs=encode(outputs),
         folder=str(run.folder), detail=ending.detail, points=run.history.points().words(holes),
-        resumable=ending.fate != "succeeded" and not run.history.is_through,
-        stands=ending.fate == "failed" and bool(run.history.standing.holes),
+        resumable=ending.fate != "succeeded" and not run.history.is_through, stands=bool(run.history.stands),
     )  # fmt: skip

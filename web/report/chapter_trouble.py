@@ -136,6 +136,7 @@ def holes(title: str, data: ReportData) -> Html:
                 join([shown, f" and {left:,} more" if left else ""]),
             )
         )
+    rows += [("1", hole.message, code(path)) for path, hole in digest.stands.items()]
     return section(
         "holes", title, table("Iterations that were left out", ["holes", "why", "where"], rows)
     )

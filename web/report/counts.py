@@ -132,10 +132,12 @@ class JournalDigest(Course):
         loops = [self.loops.get(loop, Counted()) for loop in self.plans]
         totals = list(self.plans.values())
         plan = None if None in totals else sum(total or 0 for total in totals)
-        ended = sum(loop.total for loop in loops)
+        stood = self.stood(self.plans)
+        ended = sum(loop.total for loop in loops) + stood
         return j.Points(
             plan=plan, measured=sum(loop.succeeded for loop in loops),
-            failed=sum(loop.failed for loop in loops), left=None if plan is None else max(0, plan - ended),
+            failed=sum(loop.failed for loop in loops) + stood,
+            left=None if plan is None else max(0, plan - ended),
         )  # fmt: skip
 
     def total(self, what: str) -> int:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...engine.journal.course import Course, split_goal_id
-from ...engine.journal.holes import Standing
 from ...schemas import journal as j
 from ..local.clock import since_1970
 from ..models.runs import Fate, NodeState, PointState, Status
@@ -46,7 +45,6 @@ class Picture(Course):
         self.times: dict[str, list[float]] = defaultdict(list)
         self.files: dict[str, tuple[str, str, str]] = {}
         """File -> (loop, within, key) of its iteration."""
-        self.standing = Standing()
         self.changed = Changed()
         self.retries = 0
         self.now = 0.0
@@ -88,17 +86,12 @@ class Picture(Course):
     def holes(self) -> dict[tuple[str, str, str], str]:
         """(loop, within, key) of iterations to be measured again -> their paths in the journal."""
         found: dict[tuple[str, str, str], str] = {}
-        for path in (*self.failed, *self.standing.holes):
+        for path in self.holes_by_path:
             loop_path, _, key = path.rpartition("/")
             place = self._find(loop_path)
             if place is not None:
                 found[place.step.told.path, place.within, key] = path
         return found
-
-    @property
-    def hole_count(self) -> int:
-        """How many iterations can be measured again."""
-        return super().hole_count + len(self.standing.holes)
 
     def states(self) -> dict[str, NodeState]:
         """The states of all steps that have begun or been passed."""
@@ -156,13 +149,13 @@ class Picture(Course):
             case j.LoopEnded():
                 self._loop(record)
             case j.Changed():
-                for path in record.reopened:
+                for path in (*record.reopened, *self.stands):
                     self._reopen(path)
             case j.Redo():
                 self._redo(record)
             case j.Resumed():
                 self._cut()
-                for path in self.standing.holes:
+                for path in self.stands:
                     self._reopen(path)
             case j.Control():
                 self._cut()
@@ -171,13 +164,12 @@ class Picture(Course):
             case _:
                 pass
         self.take(record)
-        self.standing.take(record)
         if isinstance(record, j.Finished):
             self._fail_where_it_stands()
 
     def _fail_where_it_stands(self) -> None:
         """The iteration at which the run failed is one of its holes, if a resume cannot go on from there."""
-        for path, hole in self.standing.holes.items():
+        for path, hole in self.stands.items():
             loop, _, key = path.rpartition("/")
             found = self._find(loop)
             table = self.table(found.step.told.path, found.within) if found is not None else None

@@ -56,7 +56,7 @@ def head(run: OpenRun) -> RunHead:
         open_questions=[Question.of(asked) for asked in picture.open_questions.values()],
         needs_you=_needs_you(run),
         per_minute=per_minute(first) if first is not None and run.live else None,
-        retries=picture.retries, lines=len(picture.log), stands=bool(picture.standing.holes),
+        retries=picture.retries, lines=len(picture.log), stands=bool(picture.stands),
     )  # fmt: skip
 
 

@@ -82,14 +82,17 @@ def test_all_holes(bench):
 
 
 def test_the_point_at_which_the_run_failed(bench):
-    """No `keep_going`: the run failed at a shot that had happened -> A plain resume fails there again, and
-    sends no shot; its last lines say so. `--holes` measures that iteration again, and the run goes on."""
+    """No `keep_going`: the run failed at a shot that had happened -> A plain resume fails there again,
+    and sends no shot; its last lines say so. It has failed, in every list and report alike. `--holes`
+    measures that iteration again, and the run goes on."""
     bench.run(LOOP.replace("keep_going: true", "").replace("[1, 2]", "[1]"))
     plain = bench.resume()
+    told = everywhere(plain.folder)
 
     ran = bench.resume(holes=True)
 
     assert (plain.status, plain.sent.count("x1")) == (1, 1)
+    assert set(told.values()) == {(4, 1, 1, 2, 1)}, told
     assert (ran.status, ran.sent.count("x1")) == (0, 2)
     assert shots(ran)[-3:] == ["main/all/1/pass:2/x/1", "main/all/2/x/1", "main/all/3/x/1"]
     assert ran.finished.points.model_dump() == {"plan": 4, "measured": 4, "failed": 0, "left": 0}

@@ -183,7 +183,7 @@ def test_the_point_at_which_the_run_failed_is_a_hole_if_its_shot_had_happened(te
     teller.finished("failed", detail=f"{path}: libs.measure: ButtonNotFound: no such luck")
     picture, follower = Picture(teller.path, outline), Follower(teller.path)
     read(picture, follower)
-    hole, stands = dict(picture.holes), set(picture.standing.holes)
+    hole, stands = dict(picture.holes), set(picture.stands)
     (told,) = [p for p in picture.take_changes()[1] if p.loop.endswith("scan")]
     teller.tell(j.Resumed(labrun="0.1.0", count=1))
     read(picture, follower)
