@@ -61,7 +61,7 @@ CHECKS = (
 
 HIDING = ("E1", "E208", "E209", "E21", "E22")
 """What hides the meaning of a protocol: its shape, its devices, its parameters."""
-READINGS = {"W101", "W102", "W103", "W104"}
+READINGS = {"W101", "W102", "W103", "W104", "W105"}
 """Warnings that a value is not read as it looks."""
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StringConstraints, model_validator
 
 from .model import Model, no_items
-from .quantity import Duration, same_dimension, seconds
+from .quantity import Duration, DurationText, same_dimension, seconds
 
 Effect = Literal["pure", "idempotent", "once"]
 Happened = Literal["no", "yes", "unknown"]
@@ -49,7 +49,7 @@ class Action(Model):
     errors: dict[Name, ActionError] = Field(default_factory=dict)
     effect: Effect = "once"
     probe: str | None = None
-    duration: str | None = None
+    duration: DurationText | None = None
     takes: str = ""
     cancel: bool = False
     meanwhile: bool = False

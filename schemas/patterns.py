@@ -24,6 +24,39 @@ ANNOTATIONS = (
 """Keywords of a value's schema that nothing is checked by."""
 
 
+TYPES = ("number", "integer", "string", "boolean", "array", "object", "null")
+
+
+def schema_fault_words(fault: Any) -> str:
+    """What is wrong in a JSON Schema, of jsonschema's SchemaError, for who wrote it."""
+    path, value = list(fault.absolute_path), fault.instance
+    if path[-1:] == ["type"]:
+        return f"{value!r} is not one of {', '.join(TYPES)}"
+    if path[-1:] in (["minimum"], ["maximum"]) and isinstance(value, str):
+        return f"{value!r} is not a bare number, in the unit that stands beside it"
+    return str(fault.message)
+
+
+def ranges_of_nothing(
+    schema: Any, path: tuple[str | int, ...] = ()
+) -> Iterator[tuple[tuple[str | int, ...], str]]:
+    """Where a minimum is above its maximum, or what is required is no property: nothing ever fits."""
+    if isinstance(schema, dict):
+        low, high = schema.get("minimum"), schema.get("maximum")
+        if is_number(low) and is_number(high) and low > high:
+            yield (*path, "minimum"), f"the minimum {low} is above the maximum {high}"
+        known: Any = schema.get("properties")
+        for index, name in enumerate(schema.get("required", []) if isinstance(known, dict) else ()):
+            if name not in known:
+                said = f"{name!r} is required, and not among the properties: {', '.join(known) or 'none'}"
+                yield (*path, "required", index), said
+        for key, inner in schema.items():
+            yield from ranges_of_nothing(inner, (*path, key))
+    elif isinstance(schema, list):
+        for index, inner in enumerate(schema):
+            yield from ranges_of_nothing(inner, (*path, index))
+
+
 class PatternFault(ValueError):
     """A pattern that cannot be used; the message says why."""
 

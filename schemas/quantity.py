@@ -337,6 +337,8 @@ def _is_a_time(value: int | float | str) -> int | float | str:
 
 Duration = Annotated[int | float | str, AfterValidator(_is_a_time)]
 """A time longer than 0 s as a person writes it, for a model's field."""
+DurationText = Annotated[str, AfterValidator(_is_a_time)]
+"""The same, as text only."""
 
 
 def number_text(value: float) -> str:

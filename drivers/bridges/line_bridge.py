@@ -18,10 +18,12 @@ from .bridge import Bridge, Values, doubtful
 from .config import ActionConfig, BridgeConfig, ConfigFault, Pattern, pattern
 from .lines import Expired, LineConfig, Lines, NoAnswer
 from .number_forms import KIND, size_of
+from .template import GOAL
 
 BLOCK = re.compile(r"(?:(?P<count>[1-9]\d*)|(?P<length>[<>]?u[1248]):)?(?P<kind>.+)")
 ESCAPED = re.compile(r"\\x[0-9a-fA-F]{2}|\\r(?:\\n)?$|\\n$")
 """A sign that was meant to be one, but YAML reads backslashes between double quotes only."""
+NAMED = re.compile(r"\{(\w+)")
 REFUSED_S = 0.2
 """How long an error may take to come after a command that has no answer."""
 MOST_TOLD = 3
@@ -64,6 +66,7 @@ class LineBridgeConfig(LineConfig, BridgeConfig):
     def faults(self, contract: Any, *, apart: bool) -> Iterator[ConfigFault]:
         yield from super().faults(contract, apart=apart)
         for name, said in self.said().items():
+            yield from _unsent(name, said)
             for key, text in said.used():
                 if found := ESCAPED.search(text):
                     message = (
@@ -79,6 +82,18 @@ class LineBridgeConfig(LineConfig, BridgeConfig):
                     ("actions", name, "answer"),
                     f"{unnamed[0]} is not among the `returns` of {name}",
                 )
+
+
+def _unsent(name: str, said: ActionConfig) -> Iterator[ConfigFault]:
+    """Parameters that a person must give, and that make no difference: `VOLT %f`."""
+    sent = [text for _, text in said.used()]
+    named = {one for text in (*sent, said.sets, str(said.until)) for one in NAMED.findall(text)}
+    if not sent or named - said.params.keys() - {GOAL}:  # one that is misspelt is told by itself
+        return
+    for one, schema in said.params.items():
+        if one not in named and one != said.takes and schema.get("format") != "path":
+            message = f"nothing that is sent has {one} in it: write {{{one}}} where it stands"
+            yield ConfigFault(("actions", name, "params", one), message, True)
 
 
 class LineBridge(Bridge):

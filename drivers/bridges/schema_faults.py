@@ -4,7 +4,14 @@ from collections.abc import Collection, Iterator
 from difflib import get_close_matches
 from typing import Any
 
-from ...schemas.patterns import PatternFault, check_schema, regular_expression, unknown_keywords
+from ...schemas.patterns import (
+    PatternFault,
+    check_schema,
+    ranges_of_nothing,
+    regular_expression,
+    schema_fault_words,
+    unknown_keywords,
+)
 from ...schemas.quantity import unit_fault
 from .answers import OWN, words_of
 from .number_forms import form_faults
@@ -21,8 +28,10 @@ def schema_faults(
     try:
         check_schema(schema)
     except SchemaError as fault:
-        yield tuple(fault.absolute_path), fault.message, False
+        yield tuple(fault.absolute_path), schema_fault_words(fault), False
         return
+    for place, said in ranges_of_nothing(schema):
+        yield place, said, False
     if "unit" in schema and (
         said := unit_fault(str(schema["unit"]), f"{name} {schema.get('description', '')}")
     ):

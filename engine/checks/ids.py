@@ -84,6 +84,8 @@ def check(context: Context) -> Iterator[Problem]:
     for name, place, first in context.survey.twice:
         line = source.place((*first, "id"))[0]
         message = f"the step in line {line} already has the id {name!r}"
+        if source.place((*place, "id")) == source.place((*first, "id")):
+            message = f"an alias repeats this step, and its id {name!r} with it"
         yield source.problem((*place, "id"), "E401", message, "give each step a different id")
     yield from _marks(context)
     for name in context.protocol.functions:

@@ -10,7 +10,13 @@ from ...schemas.also import broken_promises
 from ...schemas.contract import Contract, JsonSchema
 from ...schemas.contracts import ContractFault, shipped_contracts
 from ...schemas.lab import Lab, LabDevice, Limit
-from ...schemas.patterns import check_schema, unknown_keywords, validator
+from ...schemas.patterns import (
+    check_schema,
+    ranges_of_nothing,
+    schema_fault_words,
+    unknown_keywords,
+    validator,
+)
 from ...schemas.problem import Problem
 from ...schemas.quantity import UnitError, magnitude_in, unit_fault
 from ...system import NO_FILE, WINDOWS
@@ -23,6 +29,8 @@ from .addresses import one_address
 from .config_contracts import broken, said_contracts
 
 SHIPPED = Path(__file__).parents[2] / "protocols"
+OF_DRIVER = "last_once"
+"""The probe that a bridge adds by itself."""
 CODES = {
     "E130": "a contract of a lab that cannot be used",
     "W130": "a driver that is not installed here",
@@ -183,10 +191,24 @@ def check_schemas(contract: Contract) -> None:
                 for path, known in unknown_keywords(schema):
                     guess = did_you_mean(path[-1], known)
                     message = f"{where}: unknown key {'.'.join(path)}{guess}"
+                    if len(path) == 1 and isinstance(schema[path[0]], dict) and not guess:
+                        message += "; each of them stands below `properties:`"
                     raise ContractFault(message, (*place, *path))
             except SchemaError as fault:
-                message = f"{where} is not a valid JSON Schema: {fault.message}"
+                message = f"{where} is not a valid JSON Schema: {schema_fault_words(fault)}"
                 raise ContractFault(message, (*place, *fault.absolute_path)) from fault
+            for path, said in ranges_of_nothing(schema):
+                raise ContractFault(f"{where}: {said}", (*place, *path))
+        if action.probe not in (None, OF_DRIVER, *contract.actions):
+            guess = did_you_mean(str(action.probe), contract.actions)
+            message = f"{action_name}.probe: there is no action {action.probe}{guess}"
+            raise ContractFault(message, ("actions", action_name, "probe"))
+    for index, name in enumerate(contract.safe_state):
+        if name not in contract.actions:
+            guess = did_you_mean(name, contract.actions)
+            raise ContractFault(
+                f"safe_state: there is no action {name}{guess}", ("safe_state", index)
+            )
     known = list(_units(contract.model_dump(include={"status", "actions"}), ()))
     for path, unit, said in known:
         about = ".".join(str(part) for part in path if part not in ("actions", "properties"))
@@ -266,7 +288,13 @@ def _check_devices(
 def _check_driver(name: str, device: LabDevice, source: Source) -> Iterator[Problem]:
     """A driver of an unknown name; another interpreter, or a file of the lab's own, may have any."""
     driver = device.driver
-    if driver is None or ":" in driver or device.python is not None:
+    if driver is None or device.python is not None:
+        return
+    file, _, class_name = driver.rpartition(":")
+    if class_name and file.endswith(".py") and not (source.path.parent / file).is_file():
+        message = f"there is no file {file} beside the lab"
+        yield source.problem(("devices", name, "driver"), "W130", message)
+    if class_name and file:
         return
     from ...drivers import find  # only here: the lab that ships needs no driver to be read
 

@@ -6,10 +6,12 @@ from typing import Any
 
 from ...schemas.contract import Action
 from ...schemas.lab import Limit
+from ...schemas.protocol import StepBase
 from .argument import fit, plain, validator
 from .suggest import did_you_mean, listed
 from .wanted import ArgumentFault, Wanted
 
+OF_STEPS = {*StepBase.model_fields, "mode"}
 EACH = {"type", "properties", "required", "additionalProperties"}
 """Rules of an action's parameters that are kept where each of them fits, and all are there."""
 
@@ -78,6 +80,8 @@ def unknown_arguments(action: Action, names: Iterable[str], label: str) -> Itera
     for name in names:
         if name not in known:
             takes = f"it takes {listed(known)}" if known else "it takes no parameters"
+            if name in OF_STEPS:
+                takes = f"`{name}` belongs to the step: write it beside `with`; {takes}"
             message = f"{label} has no parameter {name}{did_you_mean(name, known)}"
             yield ArgumentFault(name, message, takes, code="E203")
 

@@ -24,6 +24,7 @@ from .yaml_node import shown
 KINDS: dict[str, type[StepBase]] = {kind.KIND: kind for kind in STEP_KINDS}
 ANYWHERE = set(keys_of(StepBase))
 EVERY_KEY = {key for kind in STEP_KINDS for key in keys_of(kind)}
+OF_PROTOCOLS = set(keys_of(Protocol)) - EVERY_KEY
 SECTIONS = ("steps", "on_resume", "finally")
 SAID = re.compile(r"(?:(do)\s+)?([A-Za-z]\w*\.\w+)\s*(\(.*\))?", re.DOTALL)
 """A step that is only text: an action, perhaps with `do` before it or called like a function."""
@@ -182,6 +183,10 @@ def _no_mapping(data: Any, source: Source, place: Place) -> Problem:
             place, "E113", "an empty step", "remove it, or write `do: role.action`"
         )
     hint = "write `do: role.action`"
+    if isinstance(data, list):
+        hint = (
+            "remove one of the two dashes; steps that belong together are a group: `- steps: [...]`"
+        )
     if data == "pause":
         hint = "a run is paused by a watch, `then: pause`, or by `on_error: pause`"
     elif isinstance(data, str) and (said := SAID.fullmatch(data.strip())):
@@ -243,6 +248,10 @@ def _no_keyword(data: dict[str, Any], source: Source, place: Place) -> Problem:
             hint = f"a step has one of {', '.join(KINDS)}"
             if instead := INSTEAD.get(key.casefold()):
                 message, hint = f"unknown keyword {key!r}", instead
+            elif key in OF_PROTOCOLS:
+                hint = (
+                    f"`{key}` belongs to the protocol: write it in the first column, beside `steps`"
+                )
             elif begun := _with_its_keyword(key):
                 hint = begun
             elif ACTION.fullmatch(key):

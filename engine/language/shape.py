@@ -9,11 +9,11 @@ from pydantic import BaseModel, ValidationError
 
 from ...schemas.lab import Lab
 from ...schemas.problem import Problem
-from ...schemas.protocol import STEP_KINDS, Group, StepBase
+from ...schemas.protocol import STEP_KINDS, STEP_LISTS, Group, StepBase
 from ...schemas.quantity import QUANTITY
 from .operators import words
 from .source import Source
-from .suggest import INSTEAD, closest, did_you_mean, listed
+from .suggest import INSTEAD, MEANT, closest, did_you_mean, listed
 from .yaml_characters import odd_characters
 from .yaml_traps import NO_BRACKETS
 
@@ -48,6 +48,8 @@ FORMS = {
     r"^[A-Za-z][A-Za-z0-9_]*\.[A-Za-z_][A-Za-z0-9_]*$": "role.action, such as gantry.home",
     r"^[A-Za-z0-9][A-Za-z0-9 _.-]*$": PROTOCOL_NAME,
     r"^https?://[^/\s]+/?$": "an address such as http://10.0.0.7:4101",
+    r"^(([01]\d|2[0-3]):[0-5]\d)?$": "a time of day such as 07:00",
+    r"^[a-z](_?[a-z0-9]+)*$": "a name of small letters, digits and _ such as labrun_interfaces",
 }
 WRITTEN = {
     "devices": "such as devices: {gantry: gantry@1}",
@@ -58,6 +60,7 @@ WRITTEN = {
     "collect": 'such as collect: {mass: "${{ steps.weight.mass }}"}',
     "outputs": 'such as outputs: {mass: "${{ steps.weight.mass }}"}',
     "wait": "such as wait: 30 s",
+    "functions": "such as functions: {mean_area: ./analysis.py:mean_area}",
     "at_once": "such as at_once: 3",
     "keep_going": "such as keep_going: {in_a_row: 3}",
     "retry": "such as retry: 3",
@@ -82,6 +85,9 @@ SPELT = str.maketrans(
         "æ": "ae",
     }
 )
+OF_STEPS = {*STEP_LISTS, "fallback", "on_resume", "finally"}
+OF_NAMES = ("devices", "params", "outputs", "functions")
+"""Sections whose keys are names."""
 OF_GROUPS = Group.model_fields.keys() - StepBase.model_fields.keys() - {"steps"}
 Place = tuple[str | int, ...]
 Found = dict[Place, list[dict[str, Any]]]
@@ -222,8 +228,8 @@ def _problem(
             return source.problem(
                 (*place, *path), "E110", f"unknown key {name!r}", instead, key=True
             )
-        if of and message.endswith("'"):
-            message += f": it belongs to a step with {listed(of, last='or')}"
+        if of and name.casefold() not in MEANT:
+            message = f"unknown key {name!r}: it belongs to a step with {listed(of, last='or')}"
         if len(beside) > 1 and name == beside[0]:
             message = f"unknown keys {listed(repr(key) for key in beside)}"
         hint = f"allowed here: {', '.join(allowed)}" if allowed else ""
@@ -233,6 +239,8 @@ def _problem(
     if "missing" in kinds:
         around = (*place, *path[:-1])
         message, way = f"the key {name!r} is missing", WRITTEN.get(name, "")
+        if model is Lab and path == ("devices",):
+            way = _way_on_in_lab(path, message, None)
         return source.problem(around, "E111", message, way, key=bool(path[:-1]))
     value = at(data, path)
     message = _says(name, errors, value).removeprefix(": ")
@@ -253,6 +261,8 @@ def _way_on(path: Place, message: str, value: Any) -> str:
     if message.endswith(PROTOCOL_NAME) and isinstance(value, str):
         plain = re.sub(r"[^\w .-]+", " ", _without_accents(value), flags=re.ASCII).strip(" .-_")
         return f"write {plain}" if plain else ""
+    if len(path) == 2 and path[0] in OF_NAMES and path[1] in ("steps", "finally", *OF_NAMES):
+        return f"`{path[1]}` belongs to the protocol: write it in the first column"
     if path[-1] == "id" and isinstance(value, int):
         return f"write step_{value}: {NAME}"
     if len(path) == 2 and path[0] == "params" and not isinstance(value, dict | list):
@@ -267,8 +277,17 @@ def _way_on(path: Place, message: str, value: Any) -> str:
         return (
             'a loop within the other, or all pairs: foreach: {p: "${{ grid(x=[...], y=[...]) }}"}'
         )
+    if path[-1] == "do" and isinstance(value, str):
+        action, _, comment = value.partition("#")
+        plain = re.sub(r"\s", "", action)
+        if comment:
+            return "a comment begins with a space and a `#`"
+        return f"write `do: {plain}`" if re.fullmatch(r"\w+\.\w+", plain, re.ASCII) else ""
     if path[-1] == "do" and isinstance(value, list):
         return "one action each step; `parallel: [...]` begins several together"
+    if path[-1] == "unit" and path[-3:-2] == ("registers",):
+        told = f"`returns: {{{path[-2]}: {{unit: {value}}}}}`"
+        return f"it is the number of a device on the line; a value has its unit in {told}"
     if path[-2:-1] in (("params",), ("returns",)) and isinstance(value, str):
         kind = {"int": "integer", "float": "number", "str": "string", "bool": "boolean"}.get(
             value, value
@@ -276,7 +295,8 @@ def _way_on(path: Place, message: str, value: Any) -> str:
         is_type = kind in ("number", "integer", "string", "boolean", "array", "object")
         return f"write {path[-1]}: {{{'type' if is_type else 'unit'}: {kind}}}"
     if "needs a list" in message and isinstance(value, str) and " " not in value.strip():
-        return f"write `- do: {value}` below it" if "." in value else f"write [{value}]"
+        is_action = re.fullmatch(r"\w+\.\w+", value.strip()) and path[-1] in OF_STEPS
+        return f"write `- do: {value}` below it" if is_action else f"write [{value}]"
     return WRITTEN.get(_name(path), "")
 
 
@@ -294,6 +314,8 @@ def _way_on_in_lab(path: Place, message: str, value: Any) -> str:
         case ("devices", name) if isinstance(value, str) and not message.endswith(NAME):
             contract = value if "@" in value else "gantry@1"
             return f"such as {name}: {{contract: {contract}, driver: ./driver.py:Driver}}"
+        case ("devices", _, "port") if isinstance(value, str) and value.isdigit():
+            return f"write {value} without quotes"
         case ("devices", _, "port") if isinstance(value, str):
             return f"what its driver needs goes under `config`: config: {{port: {value}}}"
         case ("devices", _, "limits", param):

@@ -30,11 +30,13 @@ CODES = {
     "W101": "braces without a `$`: text that looks like an expression",
     "W102": "a number that begins with a zero",
     "W103": "curly quotes from a word processor, which are part of the text",
+    "W105": "a number behind a # that YAML takes for a comment",
     "W104": "a word with & that YAML takes out of a text, as an anchor",
 }
 OF_VALUES = {
     "E112",
     "E113",
+    "E131",
     "E204",
     "E206",
     "E207",

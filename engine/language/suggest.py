@@ -28,6 +28,7 @@ MEANT = {
     "race": "any", "together": "parallel",
     "version": "labrun", "protocol": "name",
     "choice": "string", "choices": "enum", "options": "enum", "values": "enum",
+    "even": "e", "odd": "o",
     "float": "number", "double": "number", "int": "integer", "str": "string", "text": "string",
     "bool": "boolean", "list": "array", "length": "quantity", "duration": "quantity",
 }  # fmt: skip
@@ -36,6 +37,7 @@ MEANT = {
 
 INSTEAD = {
     "finally": "`finally` belongs to the protocol: write it in the first column, beside `steps`",
+    "wait_until": 'write `wait: {until: "08:00"}`',
     "every": "steps with `watch: [{every: 10 s, when: ..., then: ...}]` are looked after while they run; "
     "`while` with a `wait` among its steps does them again and again",
     "elif": "write `else: [{if: ..., then: [...]}]`",

@@ -15,6 +15,7 @@ from .yaml_node import Node, YamlFault, shown
 
 WORTH_A_LOOK = re.compile(
     r"\$\{(?!\{)|(?<!\$)\{\{|\$\{\{(?:(?!\}\})[^\n#])*+#|[“”„«»‘]|(?<![\w.:,/+-])[-+]?0[0-9]+(?![\w.:/-])"
+    r"|[ \t]#[0-9]|\{%"
 )
 """If a text contains none of these, its values are not examined further."""
 ZEROS = re.compile(r"[-+]?0[0-9]+")
@@ -23,6 +24,9 @@ EXPRESSION = re.compile(r"\$\{\{.*?\}\}", re.DOTALL)
 BRACES = re.compile(r"(?<!\$)\{\{\s*([A-Za-z_][\w.]*)[^{}]*\}\}")
 LONE = re.compile(r"\$\{(?!\{)\s*([A-Za-z_(\d][^{}\n]*?)\s*\}")
 SURELY = re.compile(r"(?:params|steps|run|error)\.")
+TEMPLATE = re.compile(r"\{%[^%\n]*%\}")
+NUMBERED = re.compile(r"[ \t]+(#[0-9]+)")
+"""What people number (`sample #5`), and YAML takes for a comment."""
 WRAPPED = re.compile(r"[“”„«][^“”„«»\"]*[“”»\"]|‘[^‘’']*[’']")
 
 TRUTHS = {"yes": "true", "y": "true", "on": "true", "no": "false", "n": "false", "off": "false"}
@@ -50,7 +54,7 @@ UNIT_BEHIND = re.compile(r"(\w+?)(?:_| ?[(\[/]| )\[?([^\W\d_]+)[)\]]?")
 NO_VALUE = re.compile(r"\s*[,}]")
 EQUALS = re.compile(r"([A-Za-z_]\w*) ?= ?(?=[^=\s])")
 NO_SPACE = re.compile(r"([A-Za-z_]\w*):([^\s/].*)", re.DOTALL)
-TEXT = re.compile(r"^(?!id ).*\b(?:needs|wants|not|or) text\b(?! or)")
+TEXT = re.compile(r"^(?!id ).*\b(?:needs|wants|not|or) (?:a )?text\b(?! or)")
 """A message that text of any kind is expected."""
 
 
@@ -64,6 +68,8 @@ def traps(root: Node, text: str) -> list[YamlFault]:
         fault = _zeros(node, raw) or _wrapped(node, raw)
         if fault is None and isinstance(node.value, str) and LONE.search(node.value):
             fault = _lone_braces(node)
+        elif fault is None and isinstance(node.value, str) and (found_one := _other(node, text)):
+            fault = found_one
         elif fault is None and isinstance(node.value, str) and "{{" in node.value:
             fault, repaired = _cut(node, text) or _braces(node) or (None, node.value)
             # It is then read as it was meant, so that no other problem follows from it.
@@ -125,6 +131,21 @@ def _cut(node: Node, text: str) -> tuple[YamlFault, str] | None:
     return fault, value + " }}"
 
 
+def _other(node: Node, text: str) -> YamlFault | None:
+    """A number that YAML takes for a comment, or a template of another program."""
+    if node.plain and (numbered := NUMBERED.match(text, node.end)):
+        message = f"`{numbered[1]}` is not part of this text: a `#` after a space begins a comment"
+        whole = f"{text[node.start : node.end]} {numbered[1]}"
+        return _warning(
+            "W105", message, node, f'write "{shown(whole)}", in quotes, if it belongs to it'
+        )
+    if template := TEMPLATE.search(node.value):
+        message = f"`{shown(template[0])}` is plain text: there are no templates"
+        hint = "a step with `if:` decides, or ${{ a if condition else b }} within a text"
+        return _warning("W101", message, node, hint)
+    return None
+
+
 def _braces(node: Node) -> tuple[YamlFault, str] | None:
     """`{{ x }}` in text, as other programs write it, instead of `${{ x }}`."""
     value = node.value
@@ -181,7 +202,7 @@ def value_hint(node: Node, raw: str, message: str) -> str:
     if (
         isinstance(node.value, float)
         and node.value.is_integer()
-        and "." not in raw
+        and ("." not in raw or "whole number" in message)
         and "needs keys" not in message
     ):
         return f"`{raw}` is read as a number with a fraction; write {node.value:.0f}"
@@ -263,11 +284,14 @@ def _bounds(node: Node) -> tuple[str, str, str] | None:
 def _plain_text(text: str, message: str) -> str:
     declares = re.search("(?<!keep_going )needs keys", message)
     of_other_kind = declares or re.search("whole number|device wants (?!.*true or false)", message)
+    of_other_kind = of_other_kind or re.search(
+        r"is not one of|needs a list|number with a unit", message
+    )
     if (truth := TRUTHS.get(text.lower())) and not of_other_kind:
         return f"YAML 1.2 reads `{text}` as text; write {truth}"
     if declares and not NAMED.fullmatch(text):
         return ""
-    if match := SIXTIES.fullmatch(text):
+    if (match := SIXTIES.fullmatch(text)) and "time of day" not in message:
         total = int(match[1])
         for part in match[2][1:].split(":"):
             total = total * 60 + int(part)

@@ -81,8 +81,8 @@ class Composer:
     def _document(self, event: Any, start: int) -> None:
         self.documents += 1
         if self.documents > 1:
-            raise YamlFault("E107", "a second document begins here", start,
-                            "a file holds one protocol; remove the `---` or `...` before it", 3)  # fmt: skip
+            hint = "a file holds one protocol, lab or contract; remove the `---` or `...` before it"
+            raise YamlFault("E107", "a second document begins here", start, hint, 3)
         if event.tags or (event.version is not None and tuple(event.version) != (1, 2)):
             at = self.text.find("%") if self.text[:1] == "%" else self.text.find("\n%") + 1
             self.faults.append(YamlFault(

@@ -200,6 +200,18 @@ Fails:
     steps:
       - log: “ready”
 
+W105. What follows a space and a `#` is a comment, also where it is the number of a sample.
+
+Passes:
+
+    steps:
+      - log: "sample #5"
+
+Fails:
+
+    steps:
+      - log: sample #5
+
 W104. In YAML, a word that begins with & in front of a value is its name, by which `*` repeats it. The word
 is no part of the value.
 

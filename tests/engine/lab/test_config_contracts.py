@@ -65,6 +65,8 @@ def test_the_checker_knows_it_as_any_other(tmp_path):
     ("old", "new", "told"),
     [
         ("unit: V}}}", "unit: Vx}}}", "E132 8:83 'Vx' is not a unit"),
+        ("{range:g}", "%f", "E132 10:30 nothing that is sent has range in it: write {range}"),
+        ("type: number", "type: float", "E132 8:69 'float' is not one of number, integer"),
         (
             "{voltage: {type: number, unit: V}}",
             "{dew_temp: {unit: C}}",

@@ -69,6 +69,10 @@ def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
         ("degC", "degX", "E130 4:56"), ("degC", "C", "E130 4:56"), ("maximum", "maximun", "E130 4:71"),
         ("oven@1", "oven", "E112 1:7"), ("heat:", "heat:\n    effekt: once", "E110 4:5"),
         ("  heat", "\theat", "E101 3:1"), (FURNACE, "", "E100 1:1"),
+        ("heat:", "heat:\n    duration: 5 mm", "E112 4:15"), ("heat:", "heat:\n    probe: look", "E130 4:12"),
+        ("actions", "safe_state: [of]\nactions", "E130 2:14"),
+        ("maximum", "minimum: 1300, maximum", "E130 4:71"),
+        ("properties:", "required: [tgt], properties:", "E130 4:25"), ("number", "float", "E130 4:42"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_in_a_contract_is_told_at_its_place_there(tmp_path, right, wrong, place):
@@ -121,6 +125,13 @@ def test_a_start_timeout_that_is_not_a_time_is_a_problem(tmp_path, value):
         ("devices:\n  g:\n  contract: gantry@1\n  driver: sim_gantry", "E112", "indent what belongs"),
         ("devices: [g]", "E112", "such as devices: {gantry: {contract: gantry@1"),
         ("labrun: 1\ndevices: {g: gantry@1}\nsteps: [{do: g.home}]", "E113", "a protocol, not a lab"),
+        ("devices: {g: {contract: gantry@1, driver: ./no.py:X}}", "W130", "there is no file ./no.py"),
+        ("devices: {g: {contract: gantry@1, driver: grbl, port: '4101'}}", "E112", "write 4101"),
+        ("name: x", "E111", "such as devices: {gantry: {contract: gantry@1"),
+        (
+            "notify: {to: ['a:b'], quiet_to: 7:00}\ndevices: {g: {contract: gantry@1, driver: grbl}}",
+            "E112", "'7:00' is not a time of day such as 07:00",
+        ),
         (
             "devices: {g: {contract: gantry@1, driver: grbl, limits: {x: {minimum: 9, maximum: 5}}}}",
             "E131", "the minimum 9 is above the maximum 5",

@@ -22,7 +22,7 @@ def told(step: str):
     "text",
     [
         "on", "yes", "no", "1:30", "2026-11-21", "1_000", "0b11", "1,5 mm", "a # comment", "x{{",
-        "“so” he said “so”", "Sample 007", "core-010", "v1.010", "at ${{ run.id }} #3", "a:b", "12:30 Uhr",
+        "“so” he said “so”", "Sample 007", "core-010", "v1.010", "at ${{ run.id }}#3", "a:b", "12:30 Uhr",
         "'{{ 1 + 1 }}'", "it costs 5 €", "°C, µm and Ω", "| a", "'“hello”'", "'010'", "注意：停", "a – b",
         "'${{ run.id }} {{}}'", "done:ok",
     ],
