@@ -171,8 +171,8 @@ it('a live run gets more points, and nothing that was done is done again', { tag
   expect(await axe(page)).toEqual([])
 
   await dialog.getByRole('button', { name: 'Change the run' }).click()
-  await dialog.waitFor({ state: 'hidden' }) // it says these words, too
-  await page.getByText('the run goes on with the changed protocol').first().waitFor()
+  await dialog.waitFor({ state: 'hidden' })
+  await page.getByRole('region', { name: 'Log lines' }).getByText('continues with a changed protocol').waitFor()
   await goOn(page)
   await until(bench, run, (told) => told.fate === 'succeeded')
 

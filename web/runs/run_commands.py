@@ -91,6 +91,7 @@ class RunCommands:
         task = spawn(f"change {id}", work, expected=(NotLive,), among=self._changing)
         done, _ = await asyncio.wait({task}, timeout=ANSWER_S)
         if not done:
+            task.add_done_callback(lambda task: self._tell_late(id, task))
             return Answer(text="the run changes when what runs has ended; “Resume” withdraws that")
         return await self._answer(task)
 
@@ -111,6 +112,14 @@ class RunCommands:
             return StoppedRun(run=run.id, told=ok, message=text)
 
         return list(await asyncio.gather(*(abort(run) for run in self._runs.live_runs())))
+
+    def _tell_late(self, id: str, task: asyncio.Task[tuple[bool, str]]) -> None:
+        """What became of a change, to everybody: who asked for it has been answered."""
+        if not task.cancelled():
+            fault = task.exception()
+            ok, text = (False, str(fault)) if fault is not None else task.result()
+            told = text if ok else f"{id} was not changed: {text}"
+            self._runs.tell(told, id, "info" if ok else "problem")
 
     async def _pause_now(self, run: OpenRun) -> None:
         try:

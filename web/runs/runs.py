@@ -6,6 +6,7 @@ import time
 from collections.abc import Awaitable, Callable
 from functools import partial
 from pathlib import Path
+from typing import Literal
 
 from ...engine.control.server import FILE
 from ...engine.run.folder import JOURNAL
@@ -273,9 +274,11 @@ class Runs:
         for run in sorted(idle, key=lambda run: run.used_at)[: max(0, len(idle) - KEEP_OPEN)]:
             await self._close(run.id)
 
-    def tell(self, text: str, run: str | None = None) -> None:
+    def tell(
+        self, text: str, run: str | None = None, level: Literal["info", "problem"] = "problem"
+    ) -> None:
         """A notice to everybody."""
-        self._updates.notice(Notice(level="problem", text=text, run=run))
+        self._updates.notice(Notice(level=level, text=text, run=run))
 
 
 def _is_file(path: Path) -> bool:
