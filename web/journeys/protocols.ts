@@ -715,6 +715,25 @@ finally:
     await context.close()
   })
 
+  it('is edited with a mouse at 200 %, and read on a phone', { tags: ['soak'] }, async () => {
+    const { page, context, faults } = await aPerson(browser, bench.entry, { viewport: { width: 640, height: 430 } })
+    await open(page, 'pegmatite_map.yaml')
+    await row(page, /Measure/).click()
+    await page.getByRole('region', { name: 'Step' }).getByRole('textbox', { name: 'Note' }).fill('at the focus')
+    await page.keyboard.press('Tab')
+    await page.getByRole('button', { name: 'Undo' }).click()
+    await picture(page, 'editor-zoomed')
+
+    expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(640)
+    expect(faults).toEqual([])
+
+    await context.close()
+    const phone = await aPerson(browser, bench.entry, { viewport: NARROW, hasTouch: true, isMobile: true })
+    await open(phone.page, 'pegmatite_map.yaml')
+    await phone.page.getByText('On a phone a protocol is read-only').waitFor()
+    await phone.context.close()
+  })
+
   it('opens a used protocol in place, and goes to the launch form', async () => {
     const { page, context } = await aPerson(browser, bench.entry)
     await open(page, 'multi_sample.yaml')
@@ -759,7 +778,7 @@ finally:
       }
       await page.getByRole('tab', { name: 'Outline' }).click()
       await page.setViewportSize(NARROW)
-      await page.getByText('On a screen this narrow').waitFor()
+      await page.getByRole('button', { name: 'Add step' }).and(page.locator(':enabled')).waitFor()
       await picture(page, `editor-narrow-${theme}`)
 
       expect(await axe(page)).toEqual([])

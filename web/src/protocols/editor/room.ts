@@ -25,5 +25,5 @@ export function useRoom(box: Readonly<ShallowRef<HTMLElement | null>>) {
     measure()
   })
   onBeforeUnmount(() => watching?.disconnect())
-  return { top, wide: useMedia('(width >= 1200px)'), narrow: useMedia('(width < 768px)') }
+  return { top, wide: useMedia('(width >= 1200px)'), thumbs: useMedia('(width < 768px) and (pointer: coarse)') }
 }
