@@ -12,6 +12,7 @@ from ..models.results import Reduction
 from .reduced import reduced_names
 
 STEPS = ("reduce", "map")
+DOES = {"reduce": "Finding peaks and temperatures.", "map": "Making maps and classes."}
 LONGEST_S = 3600.0
 LINES = 8
 PARTLY = 3  # the status of a reduction in which some files failed; its tables name them
@@ -57,7 +58,7 @@ class Reducing:
         async with self._turn:
             said = ""
             for step in STEPS:
-                self._known[id] = Reduction(state="working", text=f"labrun {step} {id}")
+                self._known[id] = Reduction(state="working", text=DOES[step])
                 good, said = await _do(step, folder)
                 if not good:
                     self._end(id, Reduction(state="failed", text=said))

@@ -89,7 +89,8 @@ def _number(cell: str) -> float | None:
 
 def table_names(folder: Path) -> list[str]:
     """The tables of a run, `data.csv` first."""
-    return sorted(path.name for path in folder.glob(PATTERN) if path.is_file())
+    files = sorted(folder.glob(PATTERN), key=lambda path: path.stem)
+    return [path.name for path in files if path.is_file()]
 
 
 def read_table(folder: Path, name: str) -> Table:

@@ -16,11 +16,11 @@ def eta(table: Table) -> tuple[float, float] | None:
     """The times (20th and 80th percentile) between which the loop will end.
 
     Each remaining iteration is assumed to take as long as the slower or faster ones of the last;
-    None until three are known, or if the number of iterations is unknown.
+    None until three are known, once all have ended, and if the number of iterations is unknown.
     """
-    if table.total is None or len(table.paces) < 3:
+    left = 0 if table.total is None else table.total - table.done
+    if left <= 0 or len(table.paces) < 3:
         return None
-    left = max(0, table.total - table.done)
     cuts = quantiles(table.paces, n=10, method="inclusive")
     now = time.time()
     return now + left * cuts[1], now + left * cuts[7]

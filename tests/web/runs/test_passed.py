@@ -27,6 +27,7 @@ steps:
       - {id: sometimes, when: "${{ i == 9 }}", do: libs.measure}
       - {id: check, require: "${{ i < 9 }}"}
   - {id: end, do: gantry.move_to, with: {x: 0}}
+on_resume: [{do: gantry.home}]
 """
 
 
@@ -66,3 +67,4 @@ def test_a_run_that_succeeded_has_left_nothing_waiting():
     found = behind("scan", "scan/*/first", over=True)
 
     assert found["end"] == "skipped" and found["choice"] == "skipped"
+    assert not any(path.startswith("resume/") for path in found)
