@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest'
-import { keyRange, valueNear } from './plotOptions'
+import { apart, keyRange, valueNear } from './plotOptions'
 
 const whole = { min: 190, max: 950 }
 
@@ -14,6 +14,13 @@ test('arrows move the visible range within the data', () => {
   expect(keyRange('ArrowLeft', { min: 195, max: 295 }, whole)).toEqual({ min: 190, max: 290 })
   expect(keyRange('Home', { min: 195, max: 295 }, whole)).toEqual(whole)
   expect(keyRange('x', whole, whole)).toBeNull()
+})
+
+test('a zoom ends at ten channels', () => {
+  const nm = Float64Array.from({ length: 22_800 }, (_, i) => 190 + i / 30)
+
+  expect(apart(600, 700, nm)).toEqual([600, 700])
+  expect(apart(600, 600.01, nm).map((at) => Number(at.toFixed(3)))).toEqual([599.838, 600.172])
 })
 
 test('a value is that of the nearest wavelength of its own axis, and none beyond it', () => {

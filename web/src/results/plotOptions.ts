@@ -37,7 +37,7 @@ export function plotOptions(wish: PlotWish): uPlot.Options {
     width: wish.width, height: wish.height, padding: [LABEL_ROOM_PX, 12, 0, 0],
     legend: { show: false },
     cursor: { y: false, drag: { x: true, y: false }, points: { show: false } },
-    scales: { x: { time: false }, y: { distr: wish.squeezed ? 4 : 1, asinh: 30, range: (_plot, low, high) => headroom(low, high) } },
+    scales: { x: { time: false, range: (plot, low, high) => apart(low, high, plot.data[0]) }, y: { distr: wish.squeezed ? 4 : 1, asinh: 30, range: (_plot, low, high) => headroom(low, high) } },
     axes: [
       { ...axis, label: across, labelSize: 22, labelFont: '12px system-ui, sans-serif', size: 34 },
       { ...axis, label: up, labelSize: 20, labelFont: '12px system-ui, sans-serif', size: 50, values: (_plot, ticks) => ticks.map(shortNumber) },
@@ -55,6 +55,12 @@ export function plotOptions(wish: PlotWish): uPlot.Options {
       setScale: [(plot, key) => key === 'x' && wish.zoomed(plot.scales['x']?.min ?? 0, plot.scales['x']?.max ?? 0)],
     },
   }
+}
+
+/** At least ten channels: closer there is nothing to see. */
+export function apart(low: number, high: number, nm: ArrayLike<number>): [number, number] {
+  const more = (((nm[nm.length - 1] ?? 0) - (nm[0] ?? 0)) / Math.max(100, nm.length / 10) - (high - low)) / 2
+  return more > 0 ? [low - more, high + more] : [low, high]
 }
 
 /** A margin above the maximum, with the base line visible. */

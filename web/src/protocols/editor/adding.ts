@@ -22,9 +22,11 @@ export interface Offer {
 
 type Roles = readonly Received<'RoleForm'>[]
 
+/** Those of devices that the protocol uses first; by which the engine asks whether something happened, last. */
 export function actionOffers(contracts: Pick<Contracts, 'devices' | 'reach' | 'deviceOf'>, roles: Roles): Offer[] {
   const { devices, reach } = contracts
-  return devices.flatMap((device) =>
+  const late = ({ key }: Offer): number => (/\.last_/.test(key) ? 2 : 0) + (roles.some((one) => key.startsWith(`${one.device ?? ''}.`)) ? 0 : 1)
+  const offers = devices.flatMap((device) =>
     device.actions.map((action): Offer => {
       const online = (reach.get(device.name) ?? device.reach) === 'online'
       return {
@@ -41,6 +43,7 @@ export function actionOffers(contracts: Pick<Contracts, 'devices' | 'reach' | 'd
       }
     }),
   )
+  return offers.sort((a, b) => late(a) - late(b))
 }
 
 /** The role that a device plays in the protocol; a new one if it plays none. */

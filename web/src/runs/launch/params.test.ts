@@ -20,6 +20,7 @@ test('a field says what it must be', () => {
   expect(fault(shots, '')).toBe('needed')
   expect(fault(shots, 'many')).toBe('enter a number')
   expect(fault(sample, 'core')).toBe('must match ^[A-Z]+$')
+  expect(fault({ ...sample, pattern: '^[A-Za-z0-9_-]{1,40}$' }, 'core 17')).toBe('only letters A–Z, digits, _ and -, at most 40')
 })
 
 test('a list is read as it is typed, and what was understood is said', () => {

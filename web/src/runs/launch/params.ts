@@ -49,7 +49,7 @@ export function fault(param: ParamForm, typed: string): string {
   const text = typed.trim()
   if (text === '') return param.required ? 'needed' : ''
   if (param.type === 'string')
-    return param.pattern && !new RegExp(param.pattern, 'u').test(typed) ? `must match ${param.pattern}` : ''
+    return param.pattern && !new RegExp(param.pattern, 'u').test(typed) ? patternWords(param.pattern) : ''
   if (param.type !== 'quantity' && param.type !== 'number' && param.type !== 'integer') return ''
   const number = typedNumber(text)
   if (number === null) return param.type === 'quantity' ? '' : 'enter a number'
@@ -58,6 +58,12 @@ export function fault(param: ParamForm, typed: string): string {
   if (low !== null && number < low) return `at least ${low}${unitWords(param)}`
   if (high !== null && number > high) return `at most ${high}${unitWords(param)}`
   return ''
+}
+
+/** Most patterns of labs say what a file may be called. */
+function patternWords(pattern: string): string {
+  const most = /^\^\[A-Za-z0-9_-\]\{1,(\d+)\}\$$/.exec(pattern)?.[1]
+  return most ? `only letters A–Z, digits, _ and -, at most ${most}` : `must match ${pattern}`
 }
 
 /** The range beside a field: `0.1–730 mm`. */
