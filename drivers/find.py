@@ -26,6 +26,7 @@ BRIDGES = (
     "pylabrobot",
     "sila2",
     "opcua",
+    "python",
 )
 """Drivers whose config says the actions; each has a twin, `sim_scpi`, that takes the same config."""
 SHIPPED = {

@@ -139,7 +139,7 @@ class Library(Bridge):
     """True if it is asynchronous: it then runs on the server's loop."""
     silent_hint: ClassVar[str] = ""
     """What may be wrong where nothing comes."""
-    stops_beside: ClassVar[bool] = False
+    stops_beside: bool = False
     """True if another thread may call its `abort` while the first is still waiting."""
     _instrument: Any = None
     _thread: ThreadPoolExecutor | None = None
@@ -267,7 +267,7 @@ def returned(found: Any, returns: dict[str, Any], library: str) -> Values:
     """What a library returned, as a contract's `returns`: by place, by name, in order, or the only one."""
     if any("at" in schema for schema in returns.values()):
         return {name: found_at(found, name, s.get("at", ""), s) for name, s in returns.items()}
-    if isinstance(found, tuple) and len(found) == len(returns) > 1:
+    if isinstance(found, tuple | list) and len(found) == len(returns) > 1:
         found = dict(zip(returns, found, strict=True))
     whole = found if isinstance(found, dict) else dict.fromkeys(list(returns)[:1], found)
     if lacking := [name for name in returns if name not in whole]:

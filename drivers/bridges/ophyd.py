@@ -31,7 +31,7 @@ class Ophyd(Library):
     config_model: ClassVar = OphydConfig
     extra: ClassVar[str | None] = "ophyd"
     library: ClassVar = "ophyd"
-    stops_beside: ClassVar = True
+    stops_beside = True
 
     def connect(self) -> Any:
         found = instrument_class(self.library, PACKAGE, self.config.instrument)

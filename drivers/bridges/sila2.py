@@ -37,7 +37,7 @@ class Sila2(Library):
     extra: ClassVar[str | None] = "sila2"
     config_model: ClassVar = Sila2Config
     library: ClassVar = "SiLA"
-    stops_beside: ClassVar = True
+    stops_beside = True
 
     def connect(self) -> Any:
         said: Sila2Config = self.config

@@ -11,6 +11,7 @@ from labrun.drivers.bridges.modbus_config import ModbusAction, ModbusConfig, Reg
 from labrun.drivers.bridges.ophyd import OphydConfig
 from labrun.drivers.bridges.pylabrobot import PylabrobotConfig
 from labrun.drivers.bridges.pymeasure import PymeasureConfig
+from labrun.drivers.bridges.python import PythonConfig
 from labrun.drivers.bridges.qcodes import QcodesConfig
 from labrun.drivers.bridges.scpi import ScpiAction, ScpiConfig
 from labrun.drivers.bridges.text import TextAction, TextConfig
@@ -35,6 +36,7 @@ def test_every_key_is_on_the_page():
         *(LineAction, LineConfig, ScpiConfig, ScpiAction, TextConfig, TextAction),
         *(ModbusAction, ModbusConfig, Register, HttpAction, HttpConfig),
         *(LibraryAction, PymeasureConfig, QcodesConfig, OphydConfig, PylabrobotConfig),
+        PythonConfig,
     )
     keys = {key for model in models for key in model.model_fields}
 

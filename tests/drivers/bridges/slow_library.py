@@ -87,3 +87,18 @@ class Source:
 
     def close(self):
         pass
+
+
+class Compiled:
+    """As one of C++: its methods take values by place alone, and return lists."""
+
+    def __init__(self):
+        self._place = [0.0, 0.0]
+
+    def go(self, *given):
+        axis, x, y = given
+        assert axis == "XY"
+        self._place = [x, y]
+
+    def place(self):
+        return self._place

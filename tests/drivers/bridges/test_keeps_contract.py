@@ -96,10 +96,8 @@ class Bridged(KeepsContract):
         time.sleep(3.0)
 
 
-class OverVisa(Bridged):
-    def address(self, where):
-        host, _, port = where.partition(":")
-        return f"TCPIP::{host}::{port}::SOCKET"
+class OfClass(Bridged):
+    """The class is in a file of the tests, `library_meters.py`."""
 
     @contextmanager
     def peer(self, folder, *, slow):
@@ -109,6 +107,22 @@ class OverVisa(Bridged):
             )
             patch.syspath_prepend(PEERS)  # for the tests that serve it in their own process
             yield there
+
+
+class OverVisa(OfClass):
+    def address(self, where):
+        host, _, port = where.partition(":")
+        return f"TCPIP::{host}::{port}::SOCKET"
+
+
+class TestPython(OfClass):
+    where = "arguments"
+    case = case(
+        "python", {**PUMP, "instrument": "library_meters.SocketPump"}, {}, PUMPED, "dispense"
+    )
+
+    def address(self, where):
+        return [where]
 
 
 class TestModbus(Bridged):

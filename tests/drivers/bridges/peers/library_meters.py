@@ -1,4 +1,6 @@
-"""The pump of `line_peer.py` as an instrument of two libraries, each imported where it is asked for."""
+"""The pump of `line_peer.py` as an instrument of no library and of two, imported where they are asked for."""
+
+import socket
 
 
 def qcodes_pump(name, address, **options):
@@ -32,3 +34,44 @@ def pymeasure_pump(address, **options):
 
     ends = {"read_termination": "\n", "write_termination": "\n", "timeout": 8000}
     return Pump(address, "pump", **ends, **options)
+
+
+class SocketPump:
+    """A class as a stranger writes one: for `driver: python`, of no library at all."""
+
+    def __init__(self, where):
+        host, _, port = where.partition(":")
+        self._socket = socket.create_connection((host, int(port)), timeout=8)
+        self._lines = self._socket.makefile("rw", encoding="utf-8", newline="\n")
+
+    def _ask(self, line):
+        self._lines.write(f"{line}\n")
+        self._lines.flush()
+        answer = self._lines.readline()
+        if not answer:
+            raise ConnectionError("it has closed the connection")
+        return answer.strip()
+
+    @property
+    def voltage(self):
+        return float(self._ask("MEAS:VOLT:DC?").split()[0])
+
+    @property
+    def count(self):
+        return int(self._ask("COUN?"))
+
+    @property
+    def range(self):
+        return float(self._ask("VOLT:RANG?"))
+
+    @range.setter
+    def range(self, volts):
+        self._lines.write(f"VOLT:RANG {volts:g}\n")
+        self._lines.flush()
+
+    def dispense(self, volume):
+        self._lines.write(f"DISP {volume:g}\n")
+        self._ask("*OPC?")
+
+    def close(self):
+        self._socket.close()

@@ -1,0 +1,91 @@
+"""An instrument that any Python class speaks to: `get` and `set` are its attributes, `call` its methods.
+
+For a library that has no driver of its own here. The class is named wholly, and may as well be a
+function in a file beside the lab that returns the instrument, connected and set up.
+"""
+
+import inspect
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, packages_distributions, version
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from ...schemas.contract import Action
+from ..driver import ActionFailed, Place
+from .bridge import Values
+from .library import FAILED, Library, LibraryAction, LibraryConfig, Refused, last_of
+
+
+class PythonConfig(LibraryConfig):
+    """The config of `driver: python`."""
+
+    own_errors: ClassVar = {**LibraryConfig.own_errors, **FAILED}
+
+    arguments: list[Any] = Field(default_factory=list)
+    close: str = "close"
+    abort_beside: bool = False
+
+
+class Python(Library):
+    """Implements whichever contract its lab says or names."""
+
+    config_model: ClassVar = PythonConfig
+    library: ClassVar = "Python"
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self.stops_beside = self.config.abort_beside
+
+    def connect(self) -> Any:
+        config = self.config
+        module, _, name = config.instrument.rpartition(".")
+        try:
+            there = import_module(module)
+        except ModuleNotFoundError as fault:
+            raise OSError(
+                f"{fault}. It has to be installed in the Python that serves the device (`python:` of "
+                f"the lab names another), or be a file beside the lab"
+            ) from fault
+        found = getattr(there, name, None)
+        if found is None:
+            known = sorted(n for n, one in vars(there).items() if isinstance(one, type))
+            raise OSError(f"{module} has no {name}; it has {', '.join(known) or 'no classes'}")
+        self.versions = _version(module.partition(".")[0])
+        return found(*config.arguments, **config.options)
+
+    def disconnect(self, instrument: Any) -> Any:
+        """Not every class has something that closes it."""
+        close = getattr(instrument, self.config.close, None)
+        return close() if callable(close) else None
+
+    def answers(self, said: LibraryAction) -> bool:
+        return bool(said.returns)
+
+    def call(self, path: str, values: Values, action: Action) -> Any:
+        """By name; where the method does not tell its names (one of C++, say), in the lab's order."""
+        try:
+            method = last_of(self._instrument, path)
+        except (AttributeError, LookupError) as fault:
+            raise Refused(f"there is nothing to call: {fault}") from fault
+        try:
+            inspect.signature(method).bind(**values)
+        except (TypeError, ValueError):
+            return method(*(values[name] for name in action.param_schemas() if name in values))
+        return method(**values)
+
+    def meaning(self, path: str, fault: Exception, action: Action) -> Exception:
+        if isinstance(fault, (OSError, Refused)):
+            return fault
+        words = f"{type(fault).__name__}: {fault}"
+        for name, error in self.config.errors.items():
+            if error.answer is not None and self.pattern(error.answer).search(words):
+                return ActionFailed(name, f"{path}: {words}")
+        return ActionFailed("Failed", f"{path}: {words}")
+
+
+def _version(module: str) -> dict[str, str]:
+    try:
+        return {module: version(packages_distributions().get(module, [module])[0])}
+    except PackageNotFoundError:  # a file beside the lab
+        return {}

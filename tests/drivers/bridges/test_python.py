@@ -1,0 +1,83 @@
+"""Any Python class as an instrument: what it takes, what it raises, and where it is looked for."""
+
+import sys
+
+import pytest
+
+from labrun.drivers.driver import ActionFailed, GoalContext
+
+from . import slow_library
+
+MOTOR = {
+    "instrument": "slow_library.Motor",
+    "arguments": ["m1"],
+    "abort": "stop",
+    "abort_beside": True,
+    "close": "stop",
+    "timeout": 500,
+    "errors": {"TooFar": {"answer": "^LimitError: .* beyond", "happened": "no"}},
+    "actions": {
+        "move": {"call": "set", "params": {"to": {"unit": "mm"}, "lasts": {"unit": "s"}}},
+        "hurry": {"call": "get", "params": {}, "effect": "pure"},
+        "stop": {"call": "stop", "effect": "idempotent"},
+        "speed": {"get": "speed.value", "returns": {"speed": {"unit": "mm/s"}}},
+        "set_speed": {"set": "speed.value", "params": {"to": {"unit": "mm/s"}}, "effect": "idempotent"},
+    },
+}  # fmt: skip
+CELL = {
+    "instrument": "slow_library.Compiled",
+    "actions": {
+        "place": {"call": "place", "effect": "pure", "returns": {"x": {"unit": "um"}, "y": {"unit": "um"}}},
+        "go": {
+            "call": "go", "effect": "idempotent",
+            "params": {"axis": {"type": "string", "default": "XY"}, "x": {"unit": "um"}, "y": {"unit": "um"}},
+        },
+    },
+}  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def library(monkeypatch):
+    monkeypatch.setitem(sys.modules, "slow_library", slow_library)
+
+
+def test_what_a_class_raises_is_an_error_that_the_lab_names(ask):
+    async def story(made):
+        faults = []
+        for name, given in (("move", {"to": 200.0, "lasts": 0.0}), ("hurry", {})):
+            with pytest.raises(ActionFailed) as fault:
+                await made.method(name)(GoalContext(f"run/{name}"), **given)
+            faults.append((fault.value.name, fault.value.message))
+        await made.method("set_speed")(GoalContext("run/1"), to=2.5)
+        return faults, await made.method("speed")(GoalContext("run/2"))
+
+    faults, speed = ask("python", MOTOR, story)
+
+    assert faults == [
+        ("TooFar", "set: LimitError: 200.0 is beyond 100"),
+        ("Rejected", "get: there is nothing to call: 'Motor' object has no attribute 'get'"),
+    ]
+    assert speed == {"speed": 2.5}
+
+
+def test_a_method_that_takes_no_names_is_given_its_values_in_the_order_of_the_lab(ask):
+    async def story(made):
+        await made.method("go")(GoalContext("run/1"), y=2.0, x=1.0)
+        return await made.method("place")(GoalContext("run/2"))
+
+    assert ask("python", CELL, story) == {"x": 1.0, "y": 2.0}
+
+
+@pytest.mark.parametrize(
+    ("instrument", "words"),
+    [
+        (
+            "no_such_library.Pump",
+            "No module named 'no_such_library'. It has to be installed in the",
+        ),
+        ("slow_library.Moter", "slow_library has no Moter; it has .*Motor"),
+    ],
+)
+def test_a_class_that_is_not_there_is_told_with_the_way_on(once, instrument, words):
+    with pytest.raises(OSError, match=words):
+        once("python", {**MOTOR, "instrument": instrument}, "stop")
