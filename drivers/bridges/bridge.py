@@ -20,7 +20,7 @@ from ...system.tasks import end, first_of, spawn
 from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
 from .answers import BadAnswer, NoNumber
 from .channel import Channel
-from .config import ActionConfig, BridgeConfig, ErrorConfig, chosen, of_action
+from .config import ActionConfig, BridgeConfig, ErrorConfig, awaited, chosen
 from .lines import NoAnswer
 from .record import OnceRecord
 from .resource import is_visa
@@ -353,8 +353,8 @@ class Bridge(Driver):
 
     async def _until(self, said: ActionConfig, goal: GoalContext, known: Values) -> None:
         """Ask until the instrument says that it is done; raises NoAnswer when the time is up."""
-        wanted = {n: of_action(v, known) for n, v in (said.until or {}).items() if n != "do"}
-        asked, clock = str((said.until or {})["do"]), asyncio.get_running_loop().time
+        wanted, clock = said.until or {}, asyncio.get_running_loop().time
+        asked = str(wanted["do"])
         needed = self.contract_kept.actions[asked].param_schemas()
         given = {name: value for name, value in known.items() if name in needed}
         until = clock() + self.timeout_s(said)
@@ -366,7 +366,7 @@ class Bridge(Driver):
                 if failure.name not in PASSING or clock() >= until:
                     raise doubtful(failure) from failure
                 continue
-            if all(told.get(name) == value for name, value in wanted.items()):
+            if awaited(wanted, known, told):
                 return
             goal.feedback(None, ", ".join(f"{name} {value}" for name, value in told.items()))
             if clock() >= until:

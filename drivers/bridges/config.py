@@ -28,6 +28,9 @@ from ...schemas.quantity import Duration, seconds
 
 LAST_ONCE = "last_once"
 """The probe of every `once` action without its own: the driver's record of what it sent."""
+WITHIN = "within"
+UNTIL = ("do", WITHIN)
+"""What `until` says beside the results that it waits for."""
 WHOLE = re.compile(r"\{(\w+)\}")
 """A placeholder that stands alone: the value itself, not its text."""
 
@@ -257,7 +260,11 @@ class BridgeConfig(Model):
 
     def _until_faults(self, until: dict[str, Any], known: set[str]) -> Iterator[ConfigFault]:
         """`known` are the values that the action has, which the question may need."""
-        asked, fields = until.get("do"), [name for name in until if name != "do"]
+        asked, fields = until.get("do"), [name for name in until if name not in UNTIL]
+        within = until.get(WITHIN, 1)
+        if isinstance(within, bool) or not isinstance(within, int | float) or within <= 0:
+            message = f"{within!r} is not how far it may be off: a number above 0, such as 0.1"
+            yield ConfigFault(("until", WITHIN), message)
         if not isinstance(asked, str) or not fields:
             message = (
                 "say which action is asked, and what it has to return: {do: state, state: idle}"
@@ -291,6 +298,18 @@ class BridgeConfig(Model):
             without = f"without {needs[0]}" if known else "without parameters"
             message = f"{name} is called {without}, but it needs {_listed(needs)}"
             yield ConfigFault(path, message)
+
+
+def awaited(until: Mapping[str, Any], known: Mapping[str, Any], told: Mapping[str, Any]) -> bool:
+    """Whether an answer is what `until` waits for: the same, or within so much of a number."""
+    within = until.get(WITHIN, 0)
+    for name, said in until.items():
+        wanted, found = of_action(said, known), told.get(name)
+        numbers = all(type(one) in (int, float) for one in (wanted, found))
+        near = numbers and abs(found - wanted) <= within * (1 + 1e-9)  # 20.1 - 20 is more than 0.1
+        if name not in UNTIL and found != wanted and not near:
+            return False
+    return True
 
 
 def of_action(wanted: Any, known: Mapping[str, Any]) -> Any:

@@ -15,7 +15,7 @@ from ...schemas.contract import Action
 from ...schemas.good_calls import duration_s, plain
 from ...schemas.messages import FileContent
 from ..bridges.bridge import Bridge, read_config
-from ..bridges.config import LAST_ONCE, BridgeConfig, of_action
+from ..bridges.config import LAST_ONCE, UNTIL, BridgeConfig, of_action
 from ..driver import ActionCanceled, GoalContext, Place
 from .twins.twin import SHARED, Twin
 
@@ -91,7 +91,9 @@ class SaidTwin(Twin):
     def _waited_for(self, name: str, given: Values) -> dict[Key, Any]:
         known = {field: self.now[self._key(name, field)] for field in self._fields(name)} | given
         until: Values = getattr(self._said.get(name), "until", None) or {}
-        wanted = {field: of_action(value, known) for field, value in until.items() if field != "do"}
+        wanted = {
+            field: of_action(value, known) for field, value in until.items() if field not in UNTIL
+        }
         return {self._key(until["do"], field): value for field, value in wanted.items()}
 
     def _answer(

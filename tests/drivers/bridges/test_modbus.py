@@ -218,6 +218,10 @@ def test_one_that_is_not_there_is_said(once):
             "{two}: the action has no parameter and no result 'two'; it has none",
         ),
         ({"dose": {"write": {"start": 1}, "until": {"busy": 0}}}, "say which action is asked"),
+        (
+            {"dose": {"write": {"start": 1}, "until": {"do": "state", "busy": 0, "within": "0.1"}}},
+            "'0.1' is not how far it may be off: a number above 0",
+        ),
         ({"x": {"read": "busy", "returns": {"busi": {}}}}, "x returns busi, which is not read"),
         ({"x": {}}, "it needs `read:"),
         ({"x": {"write": {"tens": 1}}}, "tens is a bit of a holding register: write the whole"),
