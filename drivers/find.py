@@ -161,7 +161,9 @@ def _faults(driver: type[Driver], contract: Contract) -> Iterator[str]:
     if driver.any_contract:
         return  # only its configuration may not fit, and the driver reports that
     if not speaks(driver, contract):
-        yield f"it is a driver for {getattr(driver, 'contract', None)}"
+        spoken = getattr(driver, "contract", None)
+        said = f"it is a driver for {spoken}" if spoken else "it does not say for which it is one"
+        yield f'{said}: write `contract = "{contract.type}"` below its `class` line if it keeps that'
     for name in contract.safe_state:
         if name not in contract.actions:
             yield f"the safe state names {name}, which is not an action of the contract"

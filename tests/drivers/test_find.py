@@ -72,14 +72,21 @@ def test_a_driver_serves_a_contract_of_ones_own_that_keeps_its_contract_too(tmp_
     )
 
     check_driver(find_driver("grbl", tmp_path), ours)
-    with pytest.raises(DriverFault, match=r"it is a driver for libs_analyzer@1; .*async def home"):
+    with pytest.raises(
+        DriverFault, match=r"it is a driver for libs_analyzer@1: .*; .*async def home"
+    ):
         check_driver(find_driver("sim_libs", tmp_path), ours)
 
 
 @pytest.mark.parametrize(
     ("driver", "actions", "words"),
     [
-        ({"contract": "pump@1"}, {}, "it is a driver for pump@1"),
+        ({"contract": "pump@1"}, {}, "it is a driver for pump@1: write `contract = "),
+        (
+            {"contract": None},
+            {},
+            'it does not say for which it is one: write `contract = "lamp@1"`',
+        ),
         ({}, {"blink": {}}, "it has no `async def blink`"),
         ({"blink": lambda self, goal: {}}, {"blink": {}}, "it has no `async def blink`"),
         ({"off": None}, {}, "it has no `async def off`"),
