@@ -57,10 +57,7 @@ async def _wait(
             raise Ended
         if clock() > end:
             await stop(controller, moving=True)
-            raise HomingFailed(
-                f"it did not end within {seconds:g} s and was reset; is a switch cable off, or "
-                f"`homing_timeout` too short for this machine?"
-            )
+            raise HomingFailed.too_long(seconds)
     answer.result()
 
 

@@ -53,6 +53,14 @@ class HomingFailed(MotionFault):
 
     error = "HomingFailed"
 
+    @classmethod
+    def too_long(cls, seconds: float) -> "HomingFailed":
+        """It was stopped because its time was up."""
+        return cls(
+            f"it did not end within {seconds:g} s and was reset; is a switch cable off, or "
+            f"`homing_timeout` too short for this machine?"
+        )
+
 
 class NotStopped(MotionFault):
     """The worst answer that a stop can give."""

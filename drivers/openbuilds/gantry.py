@@ -19,7 +19,7 @@ from ..grbl.report import ReportReader
 from ..grbl.settings import Settings, homes_at_of
 from ..motion.bench import LETTERS, Point, place_words, read_bench
 from ..motion.config import PLACING
-from ..motion.faults import Ended, Lost, MotionFault, Restarted, Silent, WrongPlace
+from ..motion.faults import Ended, HomingFailed, Lost, MotionFault, Restarted, Silent, WrongPlace
 from .control import Control
 from .jog import jog_while
 from .stopping import stop
@@ -97,7 +97,8 @@ class OpenBuilds(GrblDialect):
             control.homed = False
             answer = await control.run("$H")
             seconds = float(self.place.config.get("homing_timeout", 120))
-            await watch(control, answer, self._ended(goal), seconds=seconds)
+            late = HomingFailed.too_long(seconds)
+            await watch(control, answer, self._ended(goal), seconds=seconds, late=late)
             control.homed, control.alarm = True, ""
             control.unsettle()
             await control.view_at_rest()

@@ -19,8 +19,9 @@ async def watch(
     told: Callable[[View], None] = lambda view: None,
     *,
     seconds: float | None = None,
+    late: MotionFault | None = None,
 ) -> None:
-    """Until the answer comes; raises Ended or a MotionFault.
+    """Until the answer comes; raises Ended or a MotionFault, `late` where its time is up.
 
     CONTROL does not show that a controller fell silent: its state and position freeze. With
     `seconds` (homing, a slow memory) that is the whole time limit, and a freeze is expected.
@@ -49,7 +50,7 @@ async def watch(
             )
         if seconds is not None and clock() - begun > seconds:
             await _give_up(control, homing=True)
-            raise Silent(f"it did not end within {seconds:g} s")
+            raise late or Silent(f"it did not end within {seconds:g} s")
 
 
 async def _give_up(control: Control, *, homing: bool) -> None:

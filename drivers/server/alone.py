@@ -25,7 +25,7 @@ def alone_with(what: str) -> ExitStack:
             holder = said if said.isdigit() and alive(int(said)) else "unknown"
             raise OSError(
                 f"{what} has a device server already (process {holder}): wait until "
-                f"the run or call that started that has ended, or end it"
+                f"the run, call or `labrun serve` that started that has ended, or end it"
             ) from None
         if file.writable():
             file.seek(0)

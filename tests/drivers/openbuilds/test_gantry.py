@@ -249,6 +249,21 @@ def test_an_error_stops_the_queue_and_unlock_clears_it(peer, played):
     assert place["x"] == pytest.approx(3, abs=0.005)
 
 
+def test_homing_that_does_not_end_is_reset_and_told_with_the_setting_that_gives_it_longer(
+    peers, played
+):
+    peer = peers(homing_s=10_000.0)
+
+    async def story(driver, control):
+        with pytest.raises(
+            ActionFailed, match=r"within 0.4 s and was reset.*`homing_timeout`"
+        ) as f:
+            await driver.home(GoalContext("h"))
+        return f.value.name
+
+    assert played(peer, story, homed=False, homing_timeout=0.4) == "HomingFailed"
+
+
 def test_homing_that_fails_says_why(peer, played):
     peer.homing_fails = 9
 

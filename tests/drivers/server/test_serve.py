@@ -102,7 +102,7 @@ def test_an_instrument_that_has_a_server_is_a_sentence_until_that_has_ended(benc
 
     assert told == (
         f"device arm cannot be opened: {what} has a device server already (process {os.getpid()}): "
-        "wait until the run or call that started that has ended, or end it"
+        "wait until the run, call or `labrun serve` that started that has ended, or end it"
     )
     other["devices"]["arm"]["config"]["missing"] = True
     assert "nothing answers" in start(bench, capsys, other)[0]["error"]
