@@ -158,8 +158,11 @@ class Link:
         import socketio
         from socketio.exceptions import ConnectionError as Unconnected
 
+        from ..server.packet import Packet
+
         self._broken.clear()
         sio = socketio.AsyncClient(
+            serializer=Packet,  # pyright: ignore[reportArgumentType] - a class as well as a name
             reconnection=False,
             handle_sigint=False,
             http_session=self._http,

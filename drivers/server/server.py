@@ -28,6 +28,7 @@ from .execution import Execution
 from .gate import Brake, why_not
 from .lease import Refused
 from .ledger import Ledger, LedgerFault
+from .packet import Packet
 from .wire import wire
 
 BEAT_S = 1.0
@@ -68,6 +69,7 @@ class DeviceServer:
         # finds in the ledger, none changes before it has written. A stop waits for none of them.
         self._in_order = asyncio.Lock()
         self._sio = socketio.AsyncServer(
+            serializer=Packet,
             async_mode="asgi",
             transports=["websocket"],
             ping_interval=2,
