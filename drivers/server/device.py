@@ -45,6 +45,7 @@ class ServedDevice:
         self._driver = driver
         self._having = ExitStack()
         self._contract = contract
+        self._cancel_grace_s = contract.cancel_grace_s
         self._ledger = ledger
         self._tell = tell
         self._arguments = {
@@ -183,7 +184,7 @@ class ServedDevice:
                 raise Refused("REJECTED", f"{fault}; nothing was started") from fault
             execution = Execution(
                 goal, action, state, seq, self._ledger.boot, self._tell_progress,
-                self._contract.cancel_grace_s,
+                self._cancel_grace_s,
             )  # fmt: skip
             execution.followers.add(session)
             self.running[goal.id] = execution

@@ -129,7 +129,8 @@ class Owner:
     def returned(self, execution: Execution) -> None:
         """The goal's code has returned, or has not begun: nothing of it acts on the device."""
         execution.turn = None
-        self._news.set()
+        if self.state is not State.OPEN:  # otherwise nobody waits for it
+            self._news.set()
 
     async def _own(self) -> None:
         while True:
