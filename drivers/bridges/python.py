@@ -63,15 +63,18 @@ class Python(Library):
         return bool(said.returns)
 
     def call(self, path: str, values: Values, action: Action) -> Any:
-        """By name; where the method does not tell its names (one of C++, say), in the lab's order."""
+        """By name; to a method that does not tell its names (one of C++, say), in the lab's order."""
         try:
             method = last_of(self._instrument, path)
         except (AttributeError, LookupError) as fault:
             raise Refused(f"there is nothing to call: {fault}") from fault
-        try:
-            inspect.signature(method).bind(**values)
-        except (TypeError, ValueError):
+        told = _signature(method)
+        if told is None:
             return method(*(values[name] for name in action.param_schemas() if name in values))
+        try:
+            told.bind(**values)
+        except TypeError as fault:
+            raise Refused(f"it takes {told}: {fault}") from fault
         return method(**values)
 
     def meaning(self, path: str, fault: Exception, action: Action) -> Exception:
@@ -82,6 +85,19 @@ class Python(Library):
             if error.answer is not None and self.pattern(error.answer).search(words):
                 return ActionFailed(name, f"{path}: {words}")
         return ActionFailed("Failed", f"{path}: {words}")
+
+
+def _signature(method: Any) -> inspect.Signature | None:
+    """How a method is called; None where it does not tell its names."""
+    try:
+        told = inspect.signature(method)
+    except (TypeError, ValueError):
+        return None
+    kinds = {one.kind for one in told.parameters.values()}
+    nameless = inspect.Parameter.POSITIONAL_ONLY in kinds or kinds == {
+        inspect.Parameter.VAR_POSITIONAL
+    }
+    return None if nameless else told
 
 
 def _version(module: str) -> dict[str, str]:

@@ -19,6 +19,7 @@ MOTOR = {
     "actions": {
         "move": {"call": "set", "params": {"to": {"unit": "mm"}, "lasts": {"unit": "s"}}},
         "hurry": {"call": "get", "params": {}, "effect": "pure"},
+        "walk": {"call": "set", "params": {"too": {"unit": "mm"}, "lasts": {"unit": "s"}}},
         "stop": {"call": "stop", "effect": "idempotent"},
         "speed": {"get": "speed.value", "returns": {"speed": {"unit": "mm/s"}}},
         "set_speed": {"set": "speed.value", "params": {"to": {"unit": "mm/s"}}, "effect": "idempotent"},
@@ -44,7 +45,11 @@ def library(monkeypatch):
 def test_what_a_class_raises_is_an_error_that_the_lab_names(ask):
     async def story(made):
         faults = []
-        for name, given in (("move", {"to": 200.0, "lasts": 0.0}), ("hurry", {})):
+        for name, given in (
+            ("move", {"to": 200.0, "lasts": 0.0}),
+            ("hurry", {}),
+            ("walk", {"too": 1.0, "lasts": 0.0}),
+        ):
             with pytest.raises(ActionFailed) as fault:
                 await made.method(name)(GoalContext(f"run/{name}"), **given)
             faults.append((fault.value.name, fault.value.message))
@@ -56,6 +61,7 @@ def test_what_a_class_raises_is_an_error_that_the_lab_names(ask):
     assert faults == [
         ("TooFar", "set: LimitError: 200.0 is beyond 100"),
         ("Rejected", "get: there is nothing to call: 'Motor' object has no attribute 'get'"),
+        ("Rejected", "set: it takes (to, lasts): missing a required argument: 'to'"),
     ]
     assert speed == {"speed": 2.5}
 
