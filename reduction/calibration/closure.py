@@ -8,7 +8,8 @@ A plasma is not one zone, and not one moment: part of its atoms are in cooler on
 easily shines far more. How many the lines tell somewhat (`plasma.cool_part`): amounts are drawn many times,
 each part as often as is its odds, and what is told is the mean, the standard deviation and the
 quantiles of the draws. Where the response is told by the same lines, two zones are one picture of several:
-most draws are of one zone and all that may be cool.
+half of the draws are of one zone and all that may be cool, and all go as far toward what rocks are made of as
+the lines leave open.
 
 One standard of the same instrument makes up for what all spectra lack alike, response and transition
 probabilities (one-point calibration: Cavalcanti et al., Spectrochim. Acta B 87, 51 (2013)); there a
@@ -42,10 +43,19 @@ COOL_K, COOL_NE = 0.5, 0.3
 # Where lines scatter more than their errors around all that is fitted, what that leaves of each ln(amount):
 # so many times the power of how much more, as makes errors right on measured minerals (all seen, 0.5).
 NOT_EXPLAINED, BY_SCATTER = 2.4, 1.5
-# One in so many draws is of two zones and a response that were fitted to the same lines: as makes amounts
-# right on made rocks of an uneven instrument, half of them, and no worse on other made spectra.
-BENT_SHARE = 3
+# One in so many draws is of two zones and a response that were fitted to the same lines: each of the two
+# pictures is wrong about other elements (made rocks and vices that chose, measured minerals).
+BENT_SHARE = 2
 TWO_THICK = 0.5  # of what one zone lacks in thick lines, what two lack
+# What is known of a rock's amounts beforehand, where the response has to be found in the same lines: wt % of
+# the upper crust (Rudnick and Gao, Treatise on Geochemistry 3, 1 (2003)), within a factor of five.
+CRUST = {
+    "Si": 31.1, "Al": 8.15, "Fe": 3.92, "Mg": 1.5, "Ca": 2.57, "Na": 2.43, "K": 2.32, "Ti": 0.38,
+}  # fmt: skip
+CRUST_SPREAD = 1.6
+# Errors beside the spread of the draws, where two zones explain the lines: the cool one is allowed to be less
+# usual than those of made spectra are, on half of which this was counted.
+BESIDE_SPREAD = 0.9
 SURELY = 3.0  # ln of the odds that a level response and a cool part make the lines, and not another response
 NO_SEAMS = np.empty(0)
 MOST_SCATTER = 2.0  # of ln(area); a line further off is another's
@@ -177,7 +187,8 @@ def concentrations(
         own, covariance = _by_standards(told, points, own)
         log_drawn = log_mass + _drawn(covariance)  # a standard's plasma had cooler zones, too
     else:
-        log_drawn, covariance, beyond = _of_zones(found, told)
+        rock = sure & np.isin(names, list(CRUST)) & (closed == "oxides")
+        log_drawn, covariance, beyond = _of_zones(found, told, rock)
         log_mass, own = log_drawn.mean(axis=0), np.hypot(own, beyond)
     counted = _told_well(log_mass + np.log(bound), covariance, counted)
     if not counted.any():
@@ -227,9 +238,11 @@ def _by_standards(
     return own, covariance + np.outer(unlike, unlike)
 
 
-def _of_zones(found: Identified, told: _Amounts) -> tuple[FloatArray, FloatArray, float]:
-    """Draws of ln(mass) of the plot's elements, of one zone and of two, (DRAWS, n); their covariance, (n, n),
-    without what may be cool where only one zone is drawn; and what neither explains, of each."""
+def _of_zones(
+    found: Identified, told: _Amounts, rock: BoolArray
+) -> tuple[FloatArray, FloatArray, float]:
+    """Draws of ln(mass) of the plot's elements, of one zone and of two, (DRAWS, n); their covariance, (n, n);
+    and what neither explains, of each. rock: of which elements the crust tells something, (n,)."""
     plot, lines, bend = found.plot, found.lines, found.bend
     assert plot is not None and lines is not None and bend is not None
     parts, level = cool_parts(lines, plot, bend), True
@@ -242,17 +255,32 @@ def _of_zones(found: Identified, told: _Amounts) -> tuple[FloatArray, FloatArray
     most = 1.0 + (2.0 / len(lines)) ** 0.5 if level else 1.0
     explained = min(part.scatter for part in parts) <= most
     beyond, thick = 0.0 if explained else _beyond(found), THICK * told.lost
-    of_two = _of_two_zones(found, parts, np.hypot(TWO_THICK * thick, beyond))
-    if level:
-        return of_two, np.atleast_2d(np.cov(of_two.T)), beyond
-    covariance = told.covariance + np.diag(UNIFORM**2 + thick**2 + beyond**2)
-    drawn = told.log_mass + _drawn(covariance)
-    drawn += np.resize(told.cool, drawn.shape)
-    if not explained:
-        return drawn, covariance, beyond
-    pair = np.arange(DRAWS) // 2  # what is not certain is in every second draw
-    drawn[pair % BENT_SHARE == 0] = of_two[pair % BENT_SHARE == 0]
+    drawn = _of_two_zones(found, parts, np.hypot(TWO_THICK * thick, beyond))
+    if not level:
+        pair = np.arange(DRAWS) // 2  # what is not certain is in every second draw
+        one = pair % BENT_SHARE > 0 if explained else pair >= 0
+        covariance = told.covariance + np.diag(UNIFORM**2 + thick**2 + beyond**2)
+        of_one = told.log_mass + _drawn(covariance) + np.resize(told.cool, drawn.shape)
+        drawn = _as_rocks(np.where(one[:, None], of_one, drawn), told.names, rock)
+    elif explained:
+        middle = drawn.mean(axis=0)
+        drawn = middle + BESIDE_SPREAD * (drawn - middle)
     return drawn, np.atleast_2d(np.cov(drawn.T)), beyond
+
+
+def _as_rocks(drawn: FloatArray, names: TextArray, rock: BoolArray) -> FloatArray:
+    """Draws of ln(mass), (DRAWS, n), with what the crust tells of the elements `rock` beside each other: each
+    draw goes as far toward it as both are known (Evensen, J. Geophys. Res. 99, 10143 (1994))."""
+    k = int(rock.sum())
+    if k < 2:
+        return drawn
+    among = np.eye(k) - 1.0 / k  # the level of all is not known
+    usual = np.log([CRUST[name] for name in names[rock].tolist()])
+    shares, off = drawn[:, rock] @ among, drawn - drawn.mean(axis=0)
+    off_shares = off[:, rock] @ among
+    known = off_shares.T @ off_shares / len(drawn) + CRUST_SPREAD**2 * np.eye(k)
+    gain = np.linalg.solve(known, off_shares.T @ off / len(drawn))
+    return drawn + (usual @ among + CRUST_SPREAD * _normal(k)[::-1] @ among - shares) @ gain
 
 
 def _best(parts: list[CoolPart]) -> float:

@@ -7,7 +7,7 @@ from truth import with_vice
 from labrun.drivers.simulated.twins.shot import ShotMaker
 from labrun.reduction import Spectrum, read_spectrum, reduce_spectrum
 from labrun.reduction.calibration import closure
-from labrun.reduction.calibration.closure import SURELY, _drawn, concentrations, one_point
+from labrun.reduction.calibration.closure import CRUST, SURELY, _drawn, concentrations, one_point
 from labrun.reduction.lines.formula import WEIGHT, with_oxygen
 from labrun.reduction.plasma import cool_part
 from labrun.reduction.plasma.boltzmann import CALIBRATION, Bend, fit_plot
@@ -157,6 +157,20 @@ def test_the_pictures_of_one_zone_and_of_two_are_both_drawn_where_lines_told_the
         <= both.wt_percent
         <= max(one.wt_percent, two.wt_percent)
     )
+
+
+def test_what_lines_leave_open_goes_toward_what_rocks_are_made_of():
+    names, rock = np.array(["Si", "K", "Li", "Al"]), np.array([True, True, False, True])
+    errors = np.array([0.05, 1.5, 0.5, 0.05])
+    found = np.log([30.0, 40.0, 1.0, 8.0])
+    drawn = closure._as_rocks(found + _drawn(np.diag(errors**2)), names, rock)
+    beside = drawn - drawn[:, :1]
+    moved = beside.mean(axis=0) - (found - found[0])
+
+    assert moved[[2, 3]] == pytest.approx(0, abs=0.02)  # not of the crust, and well known
+    assert 0.3 < moved[1] / np.log(CRUST["K"] / CRUST["Si"] * 30 / 40) < 0.45
+    assert 0.7 < beside[:, 1].std() / errors[1] < 0.9
+    assert closure._as_rocks(drawn, names, ~rock) is drawn
 
 
 LEVEL_BEND = Bend(np.empty(0), np.empty(0), np.empty((0, 0)))
