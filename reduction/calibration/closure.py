@@ -53,6 +53,7 @@ CRUST = {
     "Si": 31.1, "Al": 8.15, "Fe": 3.92, "Mg": 1.5, "Ca": 2.57, "Na": 2.43, "K": 2.32, "Ti": 0.38,
 }  # fmt: skip
 CRUST_SPREAD = 1.6
+LEANS = 0.5  # of the error that the lines leave; an amount that the crust moves by more says so
 # Errors beside the spread of the draws, where two zones explain the lines: the cool one is allowed to be less
 # usual than those of made spectra are, on half of which this was counted.
 BESIDE_SPREAD = 0.9
@@ -180,7 +181,7 @@ def concentrations(
     doubtful = counted & ~sure
     counted = sure if sure.any() else counted
     bound = np.array([with_oxygen(name, closed) for name in names])
-    own = np.hypot(UNIFORM, THICK * told.lost)
+    own, leans = np.hypot(UNIFORM, THICK * told.lost), np.zeros(len(names), dtype=bool)
     if points:
         if found.response is not None:
             own = np.hypot(own, _beyond(found))
@@ -188,7 +189,7 @@ def concentrations(
         log_drawn = log_mass + _drawn(covariance)  # a standard's plasma had cooler zones, too
     else:
         rock = sure & np.isin(names, list(CRUST)) & (closed == "oxides")
-        log_drawn, covariance, beyond = _of_zones(found, told, rock)
+        log_drawn, covariance, beyond, leans = _of_zones(found, told, rock)
         log_mass, own = log_drawn.mean(axis=0), np.hypot(own, beyond)
     counted = _told_well(log_mass + np.log(bound), covariance, counted)
     if not counted.any():
@@ -205,6 +206,7 @@ def concentrations(
     for k in np.flatnonzero(counted):
         doubt = () if sure[k] else ("uncertain",)
         doubt += () if names[k] in (points or {}) else uncalibrated
+        doubt += ("in part from the crust",) if leans[k] else ()
         low, high = np.quantile(parts[:, k], [0.025, 0.975])
         said[str(names[k])] = Concentration(
             float(parts[:, k].mean()), float(parts[:, k].std()), float(low), float(high), (*doubt, *flags)
@@ -240,9 +242,10 @@ def _by_standards(
 
 def _of_zones(
     found: Identified, told: _Amounts, rock: BoolArray
-) -> tuple[FloatArray, FloatArray, float]:
+) -> tuple[FloatArray, FloatArray, float, BoolArray]:
     """Draws of ln(mass) of the plot's elements, of one zone and of two, (DRAWS, n); their covariance, (n, n);
-    and what neither explains, of each. rock: of which elements the crust tells something, (n,)."""
+    what neither explains, of each; and which the crust has moved by much of their error, (n,). rock: of which
+    elements the crust tells something, (n,)."""
     plot, lines, bend = found.plot, found.lines, found.bend
     assert plot is not None and lines is not None and bend is not None
     parts, level = cool_parts(lines, plot, bend), True
@@ -256,16 +259,22 @@ def _of_zones(
     explained = min(part.scatter for part in parts) <= most
     beyond, thick = 0.0 if explained else _beyond(found), THICK * told.lost
     drawn = _of_two_zones(found, parts, np.hypot(TWO_THICK * thick, beyond))
+    leans = np.zeros(len(rock), dtype=bool)
     if not level:
         pair = np.arange(DRAWS) // 2  # what is not certain is in every second draw
         one = pair % BENT_SHARE > 0 if explained else pair >= 0
         covariance = told.covariance + np.diag(UNIFORM**2 + thick**2 + beyond**2)
         of_one = told.log_mass + _drawn(covariance) + np.resize(told.cool, drawn.shape)
-        drawn = _as_rocks(np.where(one[:, None], of_one, drawn), told.names, rock)
+        by_lines = np.where(one[:, None], of_one, drawn)
+        drawn = _as_rocks(by_lines, told.names, rock)
+        moved = (drawn - by_lines).mean(axis=0)
+        leans = rock & (
+            abs(moved - np.median(moved[rock] if rock.any() else 0)) > LEANS * by_lines.std(axis=0)
+        )
     elif explained:
         middle = drawn.mean(axis=0)
         drawn = middle + BESIDE_SPREAD * (drawn - middle)
-    return drawn, np.atleast_2d(np.cov(drawn.T)), beyond
+    return drawn, np.atleast_2d(np.cov(drawn.T)), beyond, leans
 
 
 def _as_rocks(drawn: FloatArray, names: TextArray, rock: BoolArray) -> FloatArray:
