@@ -14,8 +14,6 @@ BRIGHTEST, HALF_WIDTH_NM = 40_000.0, 0.08
 
 def warm_up() -> None:
     """Reduce a made spectrum that takes every usual step: noise, peaks, elements, a plasma."""
-    import scipy.special  # noqa: F401  # a self-absorbed line wants it, and this one has none
-
     wavelength = np.linspace(190.0, 950.0, 22_800)
     counts = 200 + np.random.default_rng(1).normal(0, 5, len(wavelength))
     for element in ELEMENTS:

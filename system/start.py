@@ -61,14 +61,14 @@ class _Pattern:
 
 
 @contextmanager
-def without(library: str) -> Iterator[None]:
-    """In the block this thread does not find a library, unless it is loaded; other threads do."""
+def without(library: str, everywhere: bool = False) -> Iterator[None]:
+    """In the block this thread (or every one) does not find a library, unless it is loaded."""
     here = threading.get_ident()
 
     class Refusal:
         @staticmethod
         def find_spec(name: str, *_: object) -> None:
-            if name == library and threading.get_ident() == here:
+            if name == library and (everywhere or threading.get_ident() == here):
                 raise ModuleNotFoundError(name=name)
 
     sys.meta_path.insert(0, Refusal)  # pyright: ignore[reportArgumentType]

@@ -5,6 +5,7 @@ import warnings
 from importlib import import_module
 from multiprocessing.connection import Connection
 
+from ...system.start import collector_at_rest, without
 from .settings import Settings
 from .work import reduce_file
 
@@ -28,8 +29,11 @@ def main(link: Connection, settings: Settings) -> None:
 
 def _tell_of_compiling(link: Connection) -> None:
     """Report once that a kernel was not in the cache."""
-    from .. import reduce  # noqa: F401  # what every chunk needs; it says where numba's cache is
+    # numba asks scipy for a BLAS, and no loop of ours has a use for it.
+    with collector_at_rest(), without("scipy.linalg"):
+        from .. import reduce  # noqa: F401  # what every chunk needs; it says where numba's cache is
 
+        import_module("numba.np.arraymath")
     events = import_module("numba.core.event")
     told = []
 

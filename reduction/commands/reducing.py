@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ...system.start import without
 from .run_name import RUNS
 from .say import CTRL_C, FAILED, NOT_REACHED, PARTLY, PROBLEMS, TERMINATED, say
 from .words import calibration, closure, columns, known_response, own_lines
@@ -86,7 +87,8 @@ def _reduce(asked: Asked) -> int:
         if asked.dask is None:  # there, others read them
             _need_readers(found, asked)
         about = Circumstances(settings, _workers(executor), root_of(asked.files), found.left_aside)
-        with job_in(out, about) as job:
+        # pyarrow asks for pandas, which takes longer to import than a hundred spectra to write.
+        with job_in(out, about) as job, without("pandas", everywhere=True):
             batch = Batch(executor, job.spool, shown.take)
             if asked.watch:
                 _watch(asked, job, batch, shown)

@@ -122,9 +122,16 @@ def _together(rows: IntArray, strength: FloatArray, apart_nm: float, most: int) 
     order = order[: 6 * most]
     free = np.zeros(len(rows), dtype=bool)
     free[order] = True
+    close = np.diff(nm) < apart_nm
+    alone = ~(np.append(close, False) | np.append(False, close))  # as most are
     groups = []
     for k in order:
         if not free[k]:
+            continue
+        if alone[k]:
+            groups.append(rows[k : k + 1])
+            if len(groups) == most:
+                break
             continue
         near = np.flatnonzero(free & (np.abs(nm - nm[k]) < apart_nm) & (ion == ion[k]))
         near = near[np.argsort(-strength[near])]

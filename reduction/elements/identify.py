@@ -429,5 +429,5 @@ def _effective(known: Catalogue, expected: Expected, plot: Plot | None) -> Float
     its = np.flatnonzero(~np.isnan(scale))
     width = known.width_nm[its] * 10 ** (plot.log10_ne - 17)
     depth = log_depth_of_unit(expected.vacuum_nm[its], width, plot.temperature_k)
-    area[its] += log_kept(plot.log_opacity + area[its] + scale[its] + depth)[0]
+    area[its] += log_kept(plot.log_opacity + area[its] + scale[its] + depth)
     return area

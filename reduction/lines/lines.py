@@ -12,6 +12,7 @@ from io import BytesIO
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..spectrum.spectrum import FloatArray
 from .more_lines import LinesFault, read_lines
@@ -124,10 +125,12 @@ def species(element: str, stage: int) -> Species:
 
 
 def partition_function(
-    element: str, stage: int, temperature_k: float, lowering_ev: float = LOWERING_EV
-) -> float:
-    """Sum of g exp(-E / kT) over the levels below the lowered ionisation energy, no unit."""
+    element: str, stage: int, temperature_k: ArrayLike, lowering_ev: float = LOWERING_EV
+) -> Any:
+    """Sum of g exp(-E / kT) over the levels below the lowered ionisation energy, no unit; of one temperature
+    or many."""
     found = species(element, stage)
     bound = found.level_ev < found.ionisation_ev - lowering_ev
     energies, weights = found.level_ev[bound], found.level_g[bound]
-    return float(np.sum(weights * np.exp(-energies / (BOLTZMANN_EV_PER_K * temperature_k))))
+    kt = BOLTZMANN_EV_PER_K * np.asarray(temperature_k)[..., None]
+    return np.sum(weights * np.exp(-energies / kt), axis=-1)

@@ -185,7 +185,7 @@ class _Zones:
         shining = -np.expm1(-hot_tau / (1 + _SQUARE))
         passed = shining * np.exp(-cool_tau / (1 + _SQUARE / thinner[..., None] ** 2)) @ _WEIGHT
         behind = hot - hot_depth + np.log(np.maximum(passed, 1e-300))
-        log_area = np.logaddexp(behind, cool + log_kept(cool_depth)[0])
+        log_area = np.logaddexp(behind, cool + log_kept(cool_depth))
         if p.shape[-1] > ZONES + self.k:
             gain = p[..., ZONES + self.k :]
             log_area += (1 - self.far) * gain[..., self.knot] + self.far * gain[..., self.knot + 1]

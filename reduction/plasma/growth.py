@@ -7,6 +7,8 @@ line's own width, up to one constant for the whole spectrum.
 """
 
 from functools import cache
+from importlib.resources import files
+from io import BytesIO
 
 import numpy as np
 
@@ -18,19 +20,19 @@ PEAK_OF_LORENTZIAN = 2.0 / np.pi  # times 1 / full width
 
 @cache
 def growth_table() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """ln tau, ln f and d ln f / d ln tau, close enough for straight lines between them."""
-    from scipy.special import ive  # not before a fit needs it: scipy is slow to import
+    """ln tau, ln f and d ln f / d ln tau, close enough for straight lines between them.
 
-    log_tau = np.linspace(-14.0, 32.0, 2_000)
-    x = 0.5 * np.exp(log_tau)
-    zero, one = ive(0, x), ive(1, x)
-    return log_tau, np.log(zero + one), -one / (zero + one)
+    A file has them, so that no reduction waits for the import of scipy.
+    """
+    packed = files("labrun.reduction.data").joinpath("growth.npz").read_bytes()
+    with np.load(BytesIO(packed), allow_pickle=False) as table:
+        return table["log_tau"], table["log_f"], table["slope"]
 
 
-def log_kept(log_tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """ln f, from 0 downwards, and d ln f / d ln tau (0 to -1/2), of ln tau; any shape."""
-    grid, log_f, slope = growth_table()
-    return np.interp(log_tau, grid, log_f), np.interp(log_tau, grid, slope)
+def log_kept(log_tau: FloatArray) -> FloatArray:
+    """ln f, from 0 downwards, of ln tau; any shape."""
+    grid, log_f, _ = growth_table()
+    return np.interp(log_tau, grid, log_f)
 
 
 def growing(kept: FloatArray) -> FloatArray:

@@ -71,7 +71,7 @@ def atoms() -> Atoms:
         for stage in (1, 2):
             if symbol == "H" and stage == 2:
                 continue  # a bare proton: U = 1
-            log_u[e, stage - 1] = [np.log(partition_function(symbol, stage, t)) for t in GRID_K]
+            log_u[e, stage - 1] = np.log(partition_function(symbol, stage, GRID_K))
     limit = np.array([species(symbol, 1).ionisation_ev for symbol in elements.tolist()])
     known = table.stark_fwhm_nm(10_000.0, 1e17)
     return Atoms(

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from pathlib import Path
 
@@ -157,6 +158,13 @@ def test_one_thread_does_without_a_library_and_another_has_it(package: Path):
         other.join()
 
     assert found == [42]
+
+
+def test_no_thread_has_a_library_that_is_left_out_everywhere(package: Path):
+    with without("heavy_one", everywhere=True), ThreadPoolExecutor(1) as other:
+        asked = other.submit(import_module, "heavy_one")
+
+    assert isinstance(asked.exception(), ModuleNotFoundError)
 
 
 def test_a_server_process_can_still_be_a_client_of_another():

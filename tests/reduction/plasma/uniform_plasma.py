@@ -19,7 +19,7 @@ def lines_at(kelvin, log_ne, log_opacity=-60.0, noise=0.03, seed=0, elements=("S
     thin = log_strengths(rows, kelvin, 10**log_ne)
     width = a.width_nm[rows] * 10 ** (log_ne - 17)
     log_tau = log_opacity + thin + log_depth_of_unit(a.wavelength_nm[rows], width, kelvin)
-    area = thin + log_kept(log_tau)[0] + noise * rng.standard_normal(len(rows))
+    area = thin + log_kept(log_tau) + noise * rng.standard_normal(len(rows))
     return PlotLines(
         area, np.full(len(rows), noise), a.element[rows], rows, np.arange(len(rows)),
         a.wavelength_nm[rows], a.width_nm[rows], a.e_k_ev[rows], a.ion[rows], np.full(len(rows), noise),
