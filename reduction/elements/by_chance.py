@@ -47,7 +47,7 @@ def by_chance(
     asked = [e for e in indexed.accepted if doubtful or log_odds()[e] < 0.0]
     if not asked:
         return found
-    spans = [np.arange(known.first[e], known.first[e + 1]) for e in asked]
+    spans = [known.spans[e] for e in asked]
     entries = np.concatenate([np.tile(span, len(MOVED)) for span in spans])
     by = matched.place_error_nm * np.concatenate([np.repeat(MOVED, len(span)) for span in spans])
     moved = match_lines(

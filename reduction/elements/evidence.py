@@ -116,7 +116,7 @@ def _of(
         k = matched.peak[top]
         line_nm, area = float(matched.shown_nm[top]), float(peaks.area[k])
         error = float(peaks.area_error[k])
-    own = np.unique(matched.peak[there])
+    own = np.flatnonzero(np.bincount(matched.peak[there]))
     certain = float(identified.indexed.weight.max()) >= CERTAIN
     sure = float(above[e]) >= _least(name, above, certain=certain) and (
         len(own) > 1 or _stands_alone(identified, name, area, error)

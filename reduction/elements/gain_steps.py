@@ -31,13 +31,17 @@ def gain_steps(x: FloatArray, counts: FloatArray) -> FloatArray:
     place = int(LOW * width)
     low = np.partition(counts[: blocks * width].reshape(blocks, width), place, axis=1)[:, place]
     at = np.arange(FAR, blocks - FAR + 1)
-    near, wide = _medians(low, NEAR), _medians(low, FAR - NEAR)
+    one, two, three = low[:-2], low[1:-1], low[2:]  # NEAR of them
+    near = np.maximum(np.minimum(one, two), np.minimum(np.maximum(one, two), three))
     before, after = near[at - NEAR], near[at]
-    far = wide[at + NEAR] - wide[at - FAR]
     jump = after - before
     usual = float(median(np.abs(jump)))
     clear = np.abs(jump) > PART * np.maximum(np.abs(before), np.abs(after))
     clear &= np.abs(jump) > SHARP * usual
+    if not clear.any():
+        return np.empty(0)
+    wide = _medians(low, FAR - NEAR)
+    far = wide[at + NEAR] - wide[at - FAR]
     clear &= far * np.sign(jump) > STAYS * np.abs(jump)
     found: list[int] = []
     for i in np.argsort(-np.abs(jump) * clear, kind="stable"):

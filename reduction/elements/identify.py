@@ -144,16 +144,16 @@ def identify(
     lines = plot_lines(peaks, known, expected.log_area, matched, indexed)
     level = _level_bend(_range(x), tuple(seams_nm.tolist()))
     plot = fit_plot(lines, density, start_k, ROUGH_STEPS, level)
-    gain, response = np.zeros(len(expected.log_area)), None
-    fits = plot is not None and _level(
-        known, expected, peaks, matched, indexed, plot, len(lines)
-    )  # fmt: skip
+    gain, response, loose = np.zeros(len(expected.log_area)), None, level
+    every = plot_lines(peaks, known, expected.log_area, matched, indexed, beyond=ANY)
+    # A plot that was made without a response explains what there is.
+    fits = plot is not None and plot.chi2 < EXPLAINED and len(lines) > NEARLY_ALL * len(every)
     stepped = not len(seams_nm)
     if stepped:
         seams_nm = gain_steps(x, profiles.counts)
         stepped = len(seams_nm) > 0
     if stepped or not fits:
-        response = _response(known, expected, peaks, matched, indexed, x, seams_nm)
+        response = _response(every, known, expected, matched, indexed, x, seams_nm)
         if response is None:  # no response that pays for its knots, and yet it may not be level
             level = _level_bend(
                 _range(x), tuple(seams_nm.tolist()), STEPPED if fits else DOUBTFUL
@@ -162,9 +162,9 @@ def identify(
         gain = response.at(expected.vacuum_nm)
         lines = plot_lines(peaks, known, expected.log_area, matched, indexed, gain)
         missing = _missing_lines(known, expected, matched, indexed)
-        plot = fit_plot(
-            lines, density, start_k, ROUGH_STEPS, _bend(response, seams_nm), missing
-        )  # fmt: skip
+        at = response.knots_nm
+        loose = Bend(at, response.log_gain, stiffness(at, seams_nm, LOOSE))
+        plot = fit_plot(lines, density, start_k, ROUGH_STEPS, loose, missing)
         response = response if plot is None else plot.response
 
     effective = expected.log_area
@@ -198,7 +198,7 @@ def identify(
             hydrogen_at = offsets.place(H_ALPHA_NM)
         bend, missing = level, None
         if response is not None:
-            bend = _bend(response, seams_nm)
+            bend = replace(loose, start=response.log_gain)
             missing = _missing_lines(known, expected, matched, indexed)
         kelvin = plot.temperature_k if plot else start_k
         plot = fit_plot(lines, _density(hydrogen), kelvin, STEPS, bend, missing, last)
@@ -215,11 +215,6 @@ def identify(
         known, expected, effective + gain, offsets, matched, indexed, plot, hydrogen, lines, response,
         chance, bend,
     )  # fmt: skip
-
-
-def _bend(response: Response, seams_nm: FloatArray) -> Bend:
-    at = response.knots_nm
-    return Bend(at, response.log_gain, stiffness(at, seams_nm, LOOSE))
 
 
 @lru_cache(maxsize=16)
@@ -256,21 +251,11 @@ def _unsure(plot: Plot | None, response: Response | None, vacuum_nm: FloatArray)
     return np.hypot(misfit, error) + np.zeros(len(vacuum_nm))
 
 
-def _level(
-    known: Catalogue, expected: Expected, peaks: VoigtPeaks, matched: Matched, indexed: Indexed,
-    plot: Plot, kept: int,
-) -> bool:  # fmt: skip
-    """Whether a plot of `kept` lines, made without a response, explains what there is."""
-    lines = plot_lines(peaks, known, expected.log_area, matched, indexed, beyond=ANY)
-    return plot.chi2 < EXPLAINED and kept > NEARLY_ALL * len(lines)
-
-
 def _response(
-    known: Catalogue, expected: Expected, peaks: VoigtPeaks, matched: Matched, indexed: Indexed,
+    lines: PlotLines, known: Catalogue, expected: Expected, matched: Matched, indexed: Indexed,
     x: FloatArray, seams_nm: FloatArray,
 ) -> Response | None:  # fmt: skip
     """What the response is off by, from the lines of the accepted elements; None if it is level."""
-    lines = plot_lines(peaks, known, expected.log_area, matched, indexed, beyond=ANY)
     entries, above = _gone(known, expected, matched, indexed)
     missing = Missing(known.element[entries], expected.vacuum_nm[entries], above)
     found = find_response(lines, missing, CONDITIONS, _range(x), seams_nm)
@@ -289,10 +274,7 @@ def scatter_nm(
 
     Stark shifts and self-absorption move lines by a tenth of their width, each by its own amount.
     """
-    entries = np.concatenate([
-        np.arange(known.first[e], min(known.first[e + 1], known.first[e] + SPEAKING))
-        for e in indexed.accepted
-    ])  # fmt: skip
+    entries = np.concatenate([known.spans[e][:SPEAKING] for e in indexed.accepted])
     shown = offsets.shown(expected.vacuum_nm[entries])
     strong = np.flatnonzero(peaks.area > STRONG * peaks.area_error)
     if not len(strong):
@@ -405,12 +387,8 @@ def _second_offsets(
 
 def _everyday(known: Catalogue, expected: Expected, indexed: Indexed):
     """The strongest lines of common elements that were not found: a segment may hide them."""
-    spans = [
-        (known.first[e], min(known.first[e] + FEW, known.first[e + 1]))
-        for e in np.flatnonzero(log_odds() == 0.0)
-        if e not in indexed.accepted
-    ]
-    entries = np.concatenate([np.arange(a, b) for a, b in spans] or [np.empty(0, np.int64)])
+    others = [e for e in np.flatnonzero(log_odds() == 0.0) if e not in indexed.accepted]
+    entries = np.concatenate([known.spans[e][:FEW] for e in others] or [np.empty(0, np.int64)])
     return entries, np.full(len(entries), LOW_VOTE)
 
 

@@ -76,13 +76,23 @@ def estimate_offsets(
     begins. The best comes first; two of them where the medium is to be decided.
     """
     media: tuple[Medium, ...] = ("air", "vacuum") if medium is None else (medium,)
-    found = [
-        _for_medium(
-            peak_nm, peak_weight, line_vacuum_nm, line_weight, m, blur_nm,
-            _edges(peak_nm, stretch_nm, seams_nm), seams_nm,
-        )
-        for m in media
-    ]  # fmt: skip
+    edges = _edges(peak_nm, stretch_nm, seams_nm)
+    n = len(edges) - 1
+    stretch = np.minimum(np.searchsorted(edges, peak_nm, side="right") - 1, n - 1)
+    half = round(FURTHEST_NM / STEP_NM)
+    grid = np.linspace(-half * STEP_NM, half * STEP_NM, 2 * half + 1)
+    prior = -0.5 * (grid / USUAL_NM) ** 2 / n
+    jump = np.full(n, JUMP)
+    if seams_nm is not None and len(seams_nm):
+        jump[np.isin(edges[:-1], seams_nm)] = SEEN_JUMP
+    order = np.argsort(line_vacuum_nm)  # in air the same
+    vacuum_nm, weight = line_vacuum_nm[order], line_weight[order]
+    found = []
+    for m in media:
+        votes = np.zeros((n, len(grid)))
+        _vote(peak_nm, peak_weight, in_medium(vacuum_nm, m), weight, stretch, blur_nm, votes)
+        path, total = _cheapest(votes + prior, CHANGE, jump)
+        found.append(Offsets(m, edges[1:-1], grid[path], float(total)))
     return sorted(found, key=lambda offsets: -offsets.votes)
 
 
@@ -114,25 +124,6 @@ def _edges(peak_nm: FloatArray, stretch_nm: float, seams_nm: FloatArray | None) 
         return edges
     inside = seams_nm[(seams_nm > first) & (seams_nm < last)]
     return np.unique(np.concatenate([edges, inside]))
-
-
-def _for_medium(
-    peak_nm, peak_weight, line_nm, line_weight, medium, blur_nm, edges, seams_nm
-) -> Offsets:
-    n = len(edges) - 1
-    true = in_medium(line_nm, medium)
-    order = np.argsort(true)
-    half = round(FURTHEST_NM / STEP_NM)
-    votes = np.zeros((n, 2 * half + 1))
-    stretch = np.clip(np.searchsorted(edges, peak_nm, side="right") - 1, 0, n - 1)
-    _vote(peak_nm, peak_weight, true[order], line_weight[order], stretch, blur_nm, votes)
-    grid = np.linspace(-half * STEP_NM, half * STEP_NM, 2 * half + 1)
-    prior = -0.5 * (grid / USUAL_NM) ** 2
-    jump = np.full(n, JUMP)
-    if seams_nm is not None and len(seams_nm):
-        jump[np.isin(edges[:-1], seams_nm)] = SEEN_JUMP
-    path, total = _cheapest(votes + prior / n, CHANGE, jump)
-    return Offsets(medium, edges[1:-1], grid[path], float(total))
 
 
 @kernel

@@ -53,13 +53,14 @@ def lines_of_entries(
     leader = catalogue.leader[entries]
     place = np.full(len(catalogue.leader), -1)
     place[entries] = np.arange(len(entries))
-    own = place[catalogue.entry] >= 0
+    entry = place[catalogue.entry]
+    own = np.flatnonzero(entry >= 0)
     return PlotLines(
         log_area,
         np.sqrt(relative**2 + a.uncertainty[leader] ** 2),
         a.element[leader],
         catalogue.rows[own],
-        place[catalogue.entry[own]],
+        entry[own],
         a.wavelength_nm[leader],
         a.width_nm[leader],
         a.e_k_ev[leader],

@@ -16,6 +16,7 @@ from ..plasma.boltzmann import PlotLines
 from ..plasma.plot_fit import inverse, trust
 from ..plasma.response import LOOSE, Response, between, stiffness
 from ..plasma.response import knots as places_of_knots
+from ..plasma.strengths import present
 from ..spectrum.curve import median
 from ..spectrum.kernel import inner_kernel, kernel
 from ..spectrum.spectrum import FloatArray, IntArray
@@ -54,7 +55,7 @@ def find_response(
         return None
     knots = places_of_knots(range_nm, seams_nm)
     stiff = stiffness(knots, seams_nm, LOOSE)
-    names, which = np.unique(np.concatenate([lines.element, missing.element]), return_inverse=True)
+    names, which = present(np.concatenate([lines.element, missing.element]))
     at = np.concatenate([lines.vacuum_nm, missing.vacuum_nm])
     n_seen = len(lines)
     low_ev = lines.e_k_ev - HC_EV_NM / lines.vacuum_nm
@@ -63,8 +64,9 @@ def find_response(
     sigma = np.concatenate([np.hypot(spread, lines.error), hidden])
     place, part = between(knots, at)
     best, level = None, np.inf
-    for state in states:
-        y = np.concatenate([lines.log_area - lines.thin(*state), -missing.log_above])
+    kelvin, density = np.array(states).T
+    for state, thin in zip(states, lines.thin(kelvin, density), strict=True):
+        y = np.concatenate([lines.log_area - thin, -missing.log_above])
         seen = _Seen(y, sigma, which, place, part)
         level = min(level, _fit(seen, n_seen, len(names), stiff, False)[0])
         found = _fit(seen, n_seen, len(names), stiff, True)

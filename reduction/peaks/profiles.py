@@ -12,7 +12,7 @@ from ..spectrum.noise import (
     SIGMA_PER_QUANTILE,
     above_0,
     cut_off,
-    local_noise,
+    noise_once,
     steadied,
 )  # fmt: skip
 from ..spectrum.resampled import sharing
@@ -110,9 +110,11 @@ def fit_profiles(
     if crowded:
         noise, heard = quieter, quieter * deaf
     more = search_residual(x, net, model, heard, peaks, taught.slit)
-    more = np.union1d(more, find_peaks(net, noise)) if crowded else more
+    more = np.concatenate([more, find_peaks(net, noise)]) if crowded else more
     if len(more):
-        both = np.union1d(seeds, more)
+        there = np.zeros(len(x), dtype=np.bool_)
+        there[seeds] = there[more] = True
+        both = np.flatnonzero(there)
         before = None if crowded else (seeds, peaks)
         peaks = fit_peaks(x, net, heard, both, taught.slit, before, (seeds, peaks))
     else:
@@ -163,9 +165,9 @@ def _beside_cut(y: FloatArray, noise: FloatArray, bad: BoolArray) -> float:
 def _noise_of_good(y: FloatArray, bad: BoolArray) -> FloatArray:
     """Noise from the good channels: bridged channels have none."""
     if not bad.any():
-        return local_noise(y)
+        return noise_once(y)
     noise = np.zeros(len(y))
-    noise[~bad] = local_noise(y[~bad])
+    noise[~bad] = noise_once(y[~bad])
     return bridge(noise, bad)
 
 

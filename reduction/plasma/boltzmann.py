@@ -17,7 +17,7 @@ from ..spectrum.spectrum import FloatArray, IntArray
 from .growth import growth_table, log_depth_of_unit
 from .plot_fit import COOLEST_K, HOTTEST_K, LEAST_LN_NE, MOST_LN_NE, gauss_newton, trust
 from .response import Response, between
-from .strengths import GRID_K, atoms, log_strengths
+from .strengths import GRID_K, atoms, log_strengths, present
 
 USUAL_K, USUAL_SPREAD = 10_500.0, 0.35  # of ln T, where the lines do not tell
 USUAL_LOG_NE, USUAL_NE_SPREAD = float(np.log(8e16)), 1.2
@@ -67,7 +67,9 @@ class PlotLines:
         """ln of the thin area for one atom of the element, (..., n), at temperatures and densities (...)."""
         log = log_strengths(self.rows, temperature_k, density_per_cm3)
         top = log.max(axis=-1, initial=0.0, keepdims=True)
-        begin = np.flatnonzero(np.diff(self.entry, prepend=-1))  # the rows of a line are in one run
+        first = np.ones(len(self.rows), np.bool_)
+        np.not_equal(self.entry[1:], self.entry[:-1], out=first[1:])
+        begin = np.flatnonzero(first)  # the rows of a line are in one run
         thin = np.full((*log.shape[:-1], len(self)), -np.inf)
         thin[..., self.entry[begin]] = (
             np.log(np.add.reduceat(np.exp(log - top), begin, axis=-1)) + top
@@ -154,7 +156,7 @@ def fit_plot(
     if len(lines) < LEAST_LINES:
         return None
     own, lines = lines, lines if missing is None else lines + missing
-    names, which = np.unique(lines.element, return_inverse=True)
+    names, which = present(lines.element)
     density = density or Known(USUAL_LOG_NE, USUAL_NE_SPREAD)
     bend = bend or Bend(np.empty(0), np.empty(0), np.empty((0, 0)))
     n, n_knots = len(lines), len(bend.knots_nm)

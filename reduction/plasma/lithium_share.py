@@ -9,7 +9,7 @@ from ..lines.lines import of_lines
 from ..spectrum.spectrum import FloatArray, IntArray
 from .boltzmann import CALIBRATION, Plot, PlotLines
 from .boltzmann import THICK as THICK_BY_HEAT
-from .strengths import atoms
+from .strengths import atoms, present
 
 # Not counted: chamber gas, air, and anions. Their lines carry no information on cations.
 NO_CATIONS = frozenset((
@@ -57,7 +57,7 @@ def lithium_share(lines: PlotLines, plot: Plot) -> LithiumShare | None:
         return None
     share = _share(lines, plot, plot.temperature_k, 10**plot.log10_ne)
     error = min(share * _relative_error(lines, plot), max(share, 1.0 - share))
-    there = np.unique(lines.element)
+    there, _ = present(lines.element)
     found = tuple(str(names[e]) for e in there[cations(there)])
     return LithiumShare(share, error, found)
 
@@ -84,7 +84,7 @@ def _share(lines: PlotLines, plot: Plot, kelvin: float, density: float) -> float
     log_kept = np.log(np.maximum(plot.kept, 1e-12))
     log_amount = lines.log_area - log_kept - lines.thin(kelvin, density)
     weight = 1.0 / lines.error**2
-    elements, which = np.unique(lines.element, return_inverse=True)
+    elements, which = present(lines.element)
     mean = np.bincount(which, weight * log_amount) / np.bincount(which, weight)
     amount = np.where(cations(elements), np.exp(mean - mean.max()), 0.0)
     lithium = np.flatnonzero(atoms().elements[elements] == "Li")

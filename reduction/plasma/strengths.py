@@ -90,6 +90,13 @@ def atoms() -> Atoms:
     )
 
 
+def present(element: IntArray) -> tuple[IntArray, IntArray]:
+    """The elements among some indices of elements (any number), ascending, and which of them each is."""
+    there = np.zeros(len(atoms().elements), np.bool_)
+    there[element] = True
+    return np.flatnonzero(there), (np.cumsum(there) - 1)[element]
+
+
 def _guessed_width(elements: TextArray, element: IntArray) -> FloatArray:
     table = line_table()
     limits = np.array([
@@ -132,10 +139,15 @@ def log_strengths(
     return a.log_ga[rows] + held[..., a.species[rows]] + inverse * a.e_k_ev[rows]
 
 
+@of_lines()
+def _by_temperature() -> FloatArray:
+    return np.ascontiguousarray(np.moveaxis(atoms().log_u, -1, 0))
+
+
 def _log_u(temperature_k: FloatArray) -> FloatArray:
     """ln U of all species at temperatures (...), shape (..., e, 2)."""
     place = (temperature_k - GRID_K[0]) / (GRID_K[1] - GRID_K[0])
-    place = np.clip(place, 0.0, len(GRID_K) - 1.001)
+    place = np.minimum(np.maximum(place, 0.0), len(GRID_K) - 1.001)
     i = place.astype(int)
-    table, far = np.moveaxis(atoms().log_u, -1, 0), (place - i)[..., None, None]
+    table, far = _by_temperature(), (place - i)[..., None, None]
     return table[i] + far * (table[i + 1] - table[i])

@@ -10,7 +10,7 @@ import numpy as np
 
 from .curve import bridge, joined, median
 from .kernel import kernel
-from .noise import local_noise
+from .noise import noise_once
 from .spectrum import BoolArray, FloatArray
 
 DEAD_SIGMA = 10.0
@@ -51,10 +51,10 @@ def mark_bad(intensity: FloatArray, alone: bool = True) -> BadChannels:
     y = bridged(intensity, missing)
     if missing.any():
         noise = np.zeros(len(y))  # a channel that was bridged has none of its own
-        noise[~missing] = local_noise(y[~missing])
+        noise[~missing] = noise_once(y[~missing])
         noise = bridge(noise, missing)
     else:
-        noise = local_noise(y)
+        noise = noise_once(y)
     if not alone:
         return BadChannels(missing, none, none.copy(), _full(y, noise) & ~missing)
     dead = _dead(y, noise)

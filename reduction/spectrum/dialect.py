@@ -200,7 +200,10 @@ def value(field: str, decimal: str) -> float:
 def _decimal(text: bytes, at: int, separator: str, words: bool) -> str:
     """The decimal mark. Raises Unreadable where commas may be decimals or thousands alike."""
     end = text.find(b"\n", at + SAMPLED * LINE)  # of the last line, which may be long
-    lines = text[at : len(text) if end < 0 else end].split(b"\n")[:SAMPLED]
+    sampled = text[at : len(text) if end < 0 else end]
+    if (b'"' if separator == "," else b",") not in sampled:
+        return "."
+    lines = sampled.split(b"\n")[:SAMPLED]
     within = [raw for raw in lines if b"," in raw and (separator != "," or b'"' in raw)]
     if not within:
         return "."

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .curve import joined, quantile
+from .same_axis import of_axis
 from .spectrum import BoolArray, FloatArray
 
 BLOCK = 400  # channels: some 13 nm of a 22,800-channel spectrum
@@ -56,6 +57,11 @@ def local_noise(intensity: FloatArray, block: int = BLOCK) -> FloatArray:
     return joined(np.maximum(sigma, floor), 0.5 * width, float(width), n)
 
 
+noise_once = of_axis(local_noise)
+"""The same for steps that ask for it one after the other, of the same counts; not to be changed."""
+
+
+@of_axis
 def cut_off(intensity: FloatArray) -> BoolArray:
     """Channels whose counts were below the lowest value that the export knows; shape (n,).
 

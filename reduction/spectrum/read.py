@@ -140,7 +140,8 @@ def _ascending(nm: FloatArray, counts: FloatArray, notes: list[str]) -> Shots:
     steps = np.diff(nm)
     if len(steps) and steps[0] < 0 and np.all(steps < 0):
         nm, counts, steps = nm[::-1].copy(), np.ascontiguousarray(counts[:, ::-1]), -steps[::-1]
-    if not np.all(steps > 0):
+    ascending = bool(np.all(steps > 0))
+    if not ascending:
         stacked = _stacked(nm, counts)
         if stacked is not None:
             notes.append(f"{len(stacked)} spectra stand one below the other")
@@ -159,7 +160,7 @@ def _ascending(nm: FloatArray, counts: FloatArray, notes: list[str]) -> Shots:
             "many channels stand closer together than those beside them, as where overlapping detectors "
             "or orders were sorted into one another: export these one after the other"
         )
-    return _once(nm, counts, notes)
+    return Shots(nm, counts) if ascending else _once(nm, counts, notes)
 
 
 def _sorted(nm: FloatArray, counts: FloatArray, notes: list[str]) -> tuple[FloatArray, FloatArray]:

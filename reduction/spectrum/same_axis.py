@@ -1,4 +1,7 @@
-"""What follows from the wavelengths alone is worked out once for spectra that share them."""
+"""What follows from the wavelengths alone is worked out once for spectra that share them.
+
+And what follows from the counts alone, once for steps that share them.
+"""
 
 from collections.abc import Callable
 from functools import wraps
@@ -12,7 +15,7 @@ T = TypeVar("T")
 
 
 def of_axis(function: Callable[[FloatArray], T]) -> Callable[[FloatArray], T]:
-    """Keep the answer for the last axis: a folder of spectra has one, and comparing is quick."""
+    """Keep the answer for the last axis, which nobody may change: a folder of spectra has one."""
     last: list[tuple[FloatArray, T]] = []
 
     @wraps(function)
