@@ -49,11 +49,15 @@ def only_table(arrays: Mapping[str, Any]) -> Readout | None:
     tables = [one for one in arrays.values() if len(one.shape) == 2 and min(one.shape) > 1]
     if len(arrays) != 1 or not tables:
         return None
-    table = np.asarray(tables[0], np.float64)
-    table = table if table.shape[0] < table.shape[1] else np.ascontiguousarray(table.T)
-    if not may_be_nm(table[0]):
-        return None
-    return Readout(table[0], table[1:], wavelengths=False)
+    told = of_table(tables[0])
+    return told if may_be_nm(told.axis) else None
+
+
+def of_table(table: Any) -> Readout:
+    """Of a table, its first row, or the first column of one that is higher than wide, and the others."""
+    lying = np.asarray(table, np.float64)
+    lying = lying if lying.shape[0] < lying.shape[1] else np.ascontiguousarray(lying.T)
+    return Readout(lying[0], lying[1:], wavelengths=False)
 
 
 def _by_name(arrays: Mapping[str, Any], what: str) -> tuple[str, str]:

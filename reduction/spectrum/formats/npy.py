@@ -6,6 +6,7 @@ import numpy as np
 
 from ..fault import Unreadable
 from ..readout import Readout
+from .named import of_table
 
 NAME = "a NumPy file"
 MAGIC = b"\x93NUMPY"
@@ -25,6 +26,4 @@ def read(raw: bytes) -> Readout:
         raise Unreadable(
             f"a table of shape {table.shape} is not a spectrum; it needs wavelengths and shots"
         )
-    table = table.astype(np.float64)
-    table = table if table.shape[0] < table.shape[1] else np.ascontiguousarray(table.T)
-    return Readout(table[0], table[1:], wavelengths=False)
+    return of_table(table)

@@ -260,6 +260,14 @@ def matlab():
     return packed.getvalue()
 
 
+def altered(raw, *changes):
+    """With other bytes at some places; these end the process that SciPy reads it in."""
+    other = bytearray(raw)
+    for at, byte in changes:
+        other[at] = byte
+    return bytes(other)
+
+
 def npz(**arrays):
     packed = io.BytesIO()
     np.savez(packed, **arrays)
@@ -323,6 +331,10 @@ def test_a_file_of_a_program_of_its_own_is_read_back(raw, counts):
         (lambda: workbook(ROWS)[:-60], "its reader stopped"),
         (lambda: npz(a=X, b=Y), "MATLAB or .npz file does not say .* name both, as in --columns"),
         (lambda: matlab()[:-60], "is the file complete"),
+        (
+            lambda: altered(matlab(), (763, 128), (301, 12), (592, 9), (833, 16)),
+            "its reader stopped: .* is the file complete",
+        ),
         (lambda: arrow("parquet")[:-60], "is the file complete"),
     ],
 )  # fmt: skip
