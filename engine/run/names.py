@@ -10,7 +10,7 @@ class FileFault(ValueError):
 
 
 class NoFileName(FileFault):
-    """A name that no file has on this system."""
+    """A name that no file has on this system, or on Windows as far as a drive goes."""
 
 
 def inside(folder: Path, name: str) -> Path:
@@ -19,7 +19,13 @@ def inside(folder: Path, name: str) -> Path:
     On Windows it also refuses a name that no file has there.
     """
     pure = PurePosixPath(name.replace("\\", "/"))
-    leads_out = not pure.parts or pure.is_absolute() or ".." in pure.parts or ":" in pure.parts[0]
+    leads_out = not pure.parts or pure.is_absolute() or ".." in pure.parts
+    if not leads_out and ":" in pure.parts[0]:
+        leads_out = len(pure.parts[0]) == 2
+        if not leads_out:
+            raise NoFileName(
+                f"{name!r}: a colon names a drive on Windows; write another sign, such as -"
+            )
     if leads_out or "\0" in name:
         raise FileFault(f"{name!r} is not a file name inside the run's folder")
     refused = next((part for part in pure.parts if NO_FILE.search(part)), None) if WINDOWS else None

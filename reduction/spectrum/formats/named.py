@@ -12,6 +12,7 @@ from ..readout import Readout
 
 AXIS = re.compile(r"wave|wv?l(\b|_|\d|$)|lambda|^nm$|^x$|^axis", re.I)
 COUNTS = re.compile(r"intens|count|spectr|signal|^data$|^y$", re.I)
+LEAST_SHOTS = 4  # of fewer, the first channel ascends by chance
 SHOWN = 6  # arrays named in a refusal
 
 
@@ -57,7 +58,17 @@ def of_table(table: Any) -> Readout:
     """Of a table, its first row, or the first column of one that is higher than wide, and the others."""
     lying = np.asarray(table, np.float64)
     lying = lying if lying.shape[0] < lying.shape[1] else np.ascontiguousarray(lying.T)
-    return Readout(lying[0], lying[1:], wavelengths=False)
+    side = "row" if lying.shape == np.shape(table) else "column"
+    other = "column" if side == "row" else "row"
+    notes = ()
+    if (
+        len(lying) > LEAST_SHOTS
+        and np.all(np.diff(lying[:, 0]) > 0)
+        and np.all(np.diff(lying[0]) > 0)
+    ):
+        told = f"the first {side} of the table is read as the wavelengths; the first {other} ascends, too"
+        notes = (f"{told}: if the wavelengths are there, transpose the table",)
+    return Readout(lying[0], lying[1:], None, notes, wavelengths=False)
 
 
 def _by_name(arrays: Mapping[str, Any], what: str) -> tuple[str, str]:

@@ -447,3 +447,18 @@ def test_without_its_reader_a_file_says_how_to_install_it(monkeypatch, raw):
     monkeypatch.setattr(library, "import_module", missing)
     with pytest.raises(Unreadable, match=r'python -m pip install "labrun\[formats\]"'):
         read_spectrum(raw)
+
+
+def test_a_table_that_has_two_readings_says_which_it_was_given():
+    times = np.arange(10.0) * 20
+    table = np.vstack([X, np.outer(times + 300, np.ones(N)) + Y])
+    packed, across = io.BytesIO(), io.BytesIO()
+    np.save(packed, table)
+    np.save(across, table.T)
+
+    assert (
+        "first row of the table is read as the wavelengths"
+        in read_shots(packed.getvalue()).notes[0]
+    )
+    assert "first column of the table" in read_shots(across.getvalue()).notes[0]
+    assert read_shots(npz(table=np.stack([X, Y, Y + 2]))).notes == ()
