@@ -43,7 +43,7 @@ def _plain(value):
     """Numbers and lists of other libraries, such as NumPy's."""
     if hasattr(value, "tolist"):
         return value.tolist()
-    raise TypeError(f"it gave a {type(value).__name__}, which is no plain value")
+    raise TypeError(f"it gave {type(value).__name__}, which is no plain value")
 
 
 def _line(fault, file):

@@ -70,7 +70,7 @@ def test_what_it_gives_comes_back(own):
     [
         ("raises", r"raises: KeyError: 'no such spectrum' \(own.py, line 13\)"),
         ("exits", "SystemExit: enough"),
-        ("dies", r"dies ended its process \(exit status 7\)"), ("a_set", "a_set: TypeError: it gave a set"),
+        ("dies", r"dies ended its process \(exit status 7\)"), ("a_set", "a_set: TypeError: it gave set"),
         ("text", "text gave '2', not a plain number"), ("nan", "not a finite number"),
         ("eats", "eats: MemoryError"),
     ],
