@@ -1,7 +1,7 @@
 // Points that failed: told alike everywhere, measured again when a person asks for it, beside what the laser has fired.
 import { beforeAll, expect, it } from 'vitest'
 import { ask, orderFault } from './bench'
-import { aPerson, goOn, releaseControl, tickChecklist } from './browser'
+import { aPerson, goOn, ordered, releaseControl, tickChecklist } from './browser'
 import { axe, picture } from './look'
 import { now, reached, startRun, until } from './measured'
 import { bench, browser } from './stage'
@@ -170,9 +170,9 @@ it('a live run gets more points, and nothing that was done is done again', { tag
 
   expect(await axe(page)).toEqual([])
 
-  await dialog.getByRole('button', { name: 'Change the run' }).click()
+  const change = dialog.getByRole('button', { name: 'Change the run' })
+  await ordered(page, () => change.click({ timeout: 10_000 }).catch(() => undefined), page.getByRole('region', { name: 'Log lines' }).getByText('continues with a changed protocol'))
   await dialog.waitFor({ state: 'hidden' })
-  await page.getByRole('region', { name: 'Log lines' }).getByText('continues with a changed protocol').waitFor()
   await goOn(page)
   await until(bench, run, (told) => told.fate === 'succeeded')
 
