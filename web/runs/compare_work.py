@@ -36,8 +36,8 @@ def changes(asked: dict[str, Any]) -> dict[str, Any]:
     words = dict.fromkeys(one.words() for one in found.differences if one.was is not None)
     return {
         "can_resume": not found.undone, "agreeing": found.agreeing, "different": list(words)[:MOST],
-        "in_the_way": told(outline, ((_words(outline, one), one.path) for one in found.undone)),
-        "doubtful": told(
+        "in_the_way": grouped(outline, ((_words(outline, one), one.path) for one in found.undone)),
+        "doubtful": grouped(
             outline,
             ((f"{one.words()}, then {_title(outline, path)}", path) for one, path in found.doubtful),
         ),
@@ -45,12 +45,14 @@ def changes(asked: dict[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def told(outline: Outline, found: Iterable[tuple[str, str]]) -> list[str]:
+def grouped(outline: Outline, found: Iterable[tuple[str, str]]) -> list[str]:
     """Words and the path they are of: each once, with the iterations it is true of."""
     places: dict[str, list[str]] = {}
     for words, path in found:
         step = outline.find(path)
-        places.setdefault(words, []).extend([step.within] if step is not None and step.loops else [])
+        places.setdefault(words, []).extend(
+            [step.within] if step is not None and step.loops else []
+        )
     return [f"{words}{_at(keys)}" for words, keys in places.items()][:MOST]
 
 

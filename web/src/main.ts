@@ -9,4 +9,4 @@ import './ui/base.css'
 
 createApp(App).use(createPinia()).use(makeRouter()).mount('#app')
 // What is loaded on demand has other names once labrun is updated; a click on it would do nothing.
-addEventListener('vite:preloadError', () => useNotices().tell('This part of the page did not load. Reload the page: labrun may have been updated. Unsaved protocols are kept.', { level: 'problem' }))
+addEventListener('vite:preloadError', () => useNotices().tell('This part did not load: labrun may have been updated. Reload the page; unsaved protocols are kept.', { level: 'problem' }))

@@ -1,7 +1,7 @@
 """What a changed protocol means for finished work, as the page says it."""
 
 from labrun.engine.check import check_text
-from labrun.web.runs.compare_work import told
+from labrun.web.runs.compare_work import grouped
 from labrun.web.runs.outline import Outline
 
 TEXT = """\
@@ -18,6 +18,6 @@ def test_each_change_is_told_once_with_its_points():
     outline = Outline(check_text(TEXT, "scan.yaml"))
     found = [("z 1 -> 2", f"main/scan/{i}/shoot") for i in range(5)]
 
-    assert told(outline, [*found, ("z 1 -> 2, too", "main/first"), ("gone", "main/gone")]) == [
+    assert grouped(outline, [*found, ("z 1 -> 2, too", "main/first"), ("gone", "main/gone")]) == [
         "z 1 -> 2 (at 0 · 1 · 2 and 2 more)", "z 1 -> 2, too", "gone",
     ]  # fmt: skip

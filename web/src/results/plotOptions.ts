@@ -25,7 +25,6 @@ export interface PlotWish {
   names?: readonly [across: string, up: string] | undefined
   peaks: () => readonly LabelledPeak[]
   cursor: (nm: number | null) => void
-  zoomed: (low: number, high: number) => void
 }
 
 const LABEL_ROOM_PX = 20
@@ -52,7 +51,6 @@ export function plotOptions(wish: PlotWish): uPlot.Options {
     hooks: {
       draw: [(plot) => drawLabels(plot, wish)],
       setCursor: [(plot) => wish.cursor(plot.cursor.idx == null ? null : (plot.data[0][plot.cursor.idx] ?? null))],
-      setScale: [(plot, key) => key === 'x' && wish.zoomed(plot.scales['x']?.min ?? 0, plot.scales['x']?.max ?? 0)],
     },
   }
 }
