@@ -197,7 +197,10 @@ class GoalWatch:
                 words = "the device server was restarted before the goal reached it"
                 tracking.conclude(lost(words, "no", answer["boot"]))
         else:
-            words = "the device server now has another ledger, or an older copy, without the goal"
+            words = (
+                "the ledger of its device server was replaced, or put back from an older copy, and "
+                "does not know this action"
+            )
             tracking.conclude(lost(words, "unknown", answer["boot"]))
 
     async def _never_arrived(self, tracking: GoalTracking) -> None:

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, TypeVar, TypeVarTuple
 
 from ...schemas.messages import FileContent, Goal, GoalError, GoalReport, GoalState
+from .newest_mark import NewestMark
 from .thread_queue import ThreadQueue
 
 Args = TypeVarTuple("Args")
@@ -82,6 +83,10 @@ class Ledger:
             self._numbers, self._changed = itertools.count(newest + 1), 0
             self.mark = self._mark(newest, self._newest_hash)
             """The newest change on disk, as `ledger id:number:hash`."""
+            self._elsewhere = NewestMark(self.id)
+            on_failure.callback(self._elsewhere.close)
+            self._proves_from = int(self._fact("proves_from", "-1"))
+            self._notice_put_back(newest)
             with_files = self._disk.execute("SELECT goal FROM files GROUP BY goal ORDER BY seq")
             self._with_files: list[str] = [row[0] for row in with_files]
             self.touched = self._close_open_goals()
@@ -158,6 +163,20 @@ class Ledger:
             self._disk.execute("INSERT INTO chain VALUES (?, ?)", found)
         return found
 
+    def _notice_put_back(self, newest: int) -> None:
+        """A ledger that lacks what it has written here itself: no mark from before proves anything.
+
+        A client may have sent a goal after its newest mark that the goal's own server took, and this
+        one never saw.
+        """
+        latest = self._elsewhere.read()
+        if not latest or self.has(latest):
+            return
+        with self.writing():
+            self._change("put back")
+            self._disk.execute("UPDATE facts SET value = ? WHERE name = 'proves_from'", (newest,))
+        self._proves_from = newest
+
     def _mark(self, seq: int, link: bytes) -> str:
         return f"{self.id}:{seq}:{link.hex()}"
 
@@ -165,7 +184,8 @@ class Ledger:
         """True if this ledger contains the change that a mark names, and has gone on from there."""
         ledger, _, rest = mark.partition(":")
         seq, _, link = rest.partition(":")
-        known = self._disk.execute("SELECT hash FROM chain WHERE seq = ?", (seq,)).fetchone()
+        rows = "SELECT hash FROM chain WHERE seq = ? AND seq > ?"
+        known = self._disk.execute(rows, (seq, self._proves_from)).fetchone()
         return ledger == self.id and known is not None and known[0].hex() == link
 
     def _close_open_goals(self) -> set[str]:
@@ -190,6 +210,7 @@ class Ledger:
             self._disk.execute("COMMIT")
             if self._changed:
                 self.mark = self._mark(self._changed, self._newest_hash)
+                self._elsewhere.write(self.mark)
         except BaseException as fault:  # whatever it was, nothing of the row stays
             self._newest_hash = before
             if self._disk.in_transaction:
@@ -366,6 +387,7 @@ class Ledger:
         if self._thread is not None:
             self._thread.close()
         self._disk.close()
+        self._elsewhere.close()
 
 
 def _file_of(path: Path) -> tuple[int, int] | None:

@@ -82,8 +82,8 @@ async def checked_with_server(
     past = history.past.goal(*split_goal_id(f"{own}/{asked}"))
     if not client.continues or (past is not None and not history.is_remembered(past.sent)):
         words = (
-            "its server has another ledger, or an older copy, and what the driver itself remembers "
-            "may be as old"
+            "what it says proves nothing: its server's ledger was replaced, or put back from an older "
+            "copy, and what the driver itself remembers may be as old"
         )
         return _proves_nothing(outcome, words)
     if not newest or str(newest).partition("/")[0] == own:

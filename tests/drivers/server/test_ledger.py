@@ -2,6 +2,7 @@
 
 import asyncio
 import sqlite3
+import tempfile
 import time
 from contextlib import closing
 from hashlib import sha256
@@ -315,6 +316,25 @@ def test_every_change_is_synced(path):
     assert {"goals", "files", "epochs", "facts"} <= tables
 
 
+def test_an_older_copy_that_has_the_mark_which_a_client_knows_is_noticed_all_the_same(path):
+    def opened(*ids):
+        with closing(Ledger(path)) as ledger:
+            for one in ids:
+                ledger.admit(goal(one), "EXECUTING")
+            return ledger.mark, [ledger.has(mark) for mark in marks]
+
+    marks = []
+    marks += [opened("g1")[0]]
+    copy = path.read_bytes()
+    marks += [opened("g2")[0]]  # taken, and its client died before it was told
+    path.write_bytes(copy)
+    newest, put_back = opened()
+    marks += [newest]
+
+    assert put_back == [False, False]
+    assert opened("g3")[1] == opened()[1] == [False, False, True]  # after more changes, too
+
+
 def test_a_ledger_has_every_mark_that_it_gave_over_restarts_too(path):
     ledger = Ledger(path)
     marks = [ledger.mark]
@@ -336,7 +356,12 @@ def test_a_ledger_has_every_mark_that_it_gave_over_restarts_too(path):
     assert all(known)
 
 
-def test_an_older_copy_lacks_the_newer_marks_also_once_it_was_used_for_the_same_again(path):
+def test_an_older_copy_lacks_the_newer_marks_also_once_it_was_used_for_the_same_again(
+    path, monkeypatch, tmp_path
+):
+    monkeypatch.setattr(
+        tempfile, "tempdir", str(tmp_path / "none")
+    )  # after a restart of the computer
     ledger = Ledger(path)
     ledger.lease("arm", "me")
     before = ledger.mark
