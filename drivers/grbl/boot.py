@@ -30,6 +30,7 @@ async def reach(controller: Controller, boot_s: float) -> None:
         settings = Settings.read(lines, await _options(controller))
         if controller.kind.own_scale:
             settings = replace(settings, homes_at=await _homes_at(controller, settings.axes))
+        settings = replace(settings, off_both_ends=controller.kind.off_both_ends)
         if settings.unfit:
             raise OSError(f"{controller.port.name}: {settings.unfit}")
         controller.configure(settings)

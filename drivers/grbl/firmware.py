@@ -29,6 +29,8 @@ class Firmware:
     """It takes bytes above 127 as UTF-8, and ignores them alone."""
     own_scale: bool = False
     """Its scale begins where its configuration says, not at `-$130`."""
+    off_both_ends: bool = False
+    """With hard limits, its soft limits are as far from both ends as homing pulls off."""
 
     def error(self, code: int) -> str:
         """`error:9` with its meaning."""
@@ -54,7 +56,7 @@ FIRMWARES = (
         utf8=True,
         own_scale=True,
     ),
-    Firmware("grblHAL", "HAL", ERRORS, ALARMS),
+    Firmware("grblHAL", "HAL", ERRORS, ALARMS, off_both_ends=True),
     GRBL,
 )
 """The first whose sign fits is meant. GRBL has no number of its own above those that all share."""

@@ -89,9 +89,21 @@ class Grbl(GrblDialect):
                     await self._recovered()
                     await self._clear_hold()
                     await home(self.controller, seconds, self._ended(goal))
+                    await self._step_inside()
                 self._read_report()
         except Ended:
             raise self._ending(goal, "HomingFailed", "unknown") from None
+
+    async def _step_inside(self) -> None:
+        """grblHAL may have homed half a step outside its own soft limits: then no axis moves alone."""
+        c = self.controller
+        if c.settings.soft_off_both_ends:
+            place = (await c.look()).machine
+            ends = dict(enumerate(c.settings.ranges))
+            inside = {a: min(max(place[a], low), high) for a, (low, high) in ends.items()}
+            if out := {a: v for a, v in inside.items() if v != place[a]}:
+                await c.ask(self._move_line(out, None))
+                await c.ask("G4P0")
 
     async def _hold(self) -> None:
         if not self.controller.dead:

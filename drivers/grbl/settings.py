@@ -27,12 +27,13 @@ class Settings:
 
     Settings that a controller does not report are assumed to be GRBL's defaults. `options` are the
     letters of `[OPT:...]` in the answer to `$I`: the firmware's build options. `homes_at` is FluidNC's:
-    where each axis (0, 1, 2) is after homing, by its own scale.
+    where each axis (0, 1, 2) is after homing, by its own scale. `off_both_ends` is grblHAL's.
     """
 
     values: dict[int, float] = field(default_factory=dict)
     options: str = ""
     homes_at: dict[int, float] | None = None
+    off_both_ends: bool = False
 
     @classmethod
     def read(cls, lines: list[str], options: str = "") -> "Settings":
@@ -137,7 +138,15 @@ class Settings:
             return (at, at + travel) if minus else (at - travel, at)
         if self.zero_where_homed:
             return (0.0, travel - off) if self.homes_to_minus(axis) else (off - travel, 0.0)
+        if self.soft_off_both_ends:
+            step = 1 / self.steps_per_mm[axis]  # where it stands is whole steps: none is outside
+            return (off - travel + step, -off - step)
         return (-travel + off, 0.0) if self.homes_to_minus(axis) else (-travel, -off)
+
+    @property
+    def soft_off_both_ends(self) -> bool:
+        """Soft limits that raise an alarm within the travel, at the end without a switch, too."""
+        return self.off_both_ends and bool(self.values.get(20)) and bool(self.values.get(21))
 
     @property
     def tolerance(self) -> float:

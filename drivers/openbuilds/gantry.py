@@ -143,6 +143,7 @@ class OpenBuilds(GrblDialect):
         settings = Settings.read(lines, control.look().options)
         if control.kind.own_scale:
             settings = replace(settings, homes_at=homes_at_of(await self._ask_configuration()))
+        settings = replace(settings, off_both_ends=control.kind.off_both_ends)
         if settings.unfit:
             raise OSError(f"{self._name()}: {settings.unfit}")
         self.bench = read_bench(self.place.config, self.limits, settings.ranges)

@@ -3,6 +3,7 @@
 import asyncio
 import tempfile
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -109,9 +110,8 @@ async def _settings(driver: Grbl, path: Path) -> None:
         typer.echo(f"\n{one.line or 'Look'}: {one.why}.")
         if one.line and await _yes("Set it now?"):
             await controller.ask(one.line)
-    controller.configure(
-        type(controller.settings).read(await controller.ask("$$"), controller.settings.options)
-    )
+    now = type(controller.settings).read(await controller.ask("$$"))
+    controller.configure(replace(controller.settings, values=now.values))
 
 
 async def _axes(driver: Grbl) -> dict[str, str]:

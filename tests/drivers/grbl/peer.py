@@ -613,6 +613,10 @@ class Peer:
             to_plus = (self.zero_where_homed or self.fluid) and int(self.settings[23]) >> i & 1
             slop = 1 / self.settings[100 + i] if self.fluid else 0
             place -= self.homes_at[i] if self.fluid else 0
+            off = self.settings[27]
+            both = self.hal and self.settings[21] and not self.zero_where_homed
+            if both and not off - self.settings[130 + i] <= place <= -off:
+                return False
             if not -slop <= (place if to_plus else -place) <= self.settings[130 + i] + slop:
                 return False
         return True

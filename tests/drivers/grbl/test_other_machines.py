@@ -13,6 +13,7 @@ MACHINES = {
     "it homes to minus": {"settings": {23: 7}},
     "its axes have other steps": {"settings": {100: 80.0, 101: 160.0, 102: 400.0}},
     "its own limits are on": {"settings": {20: 1}},
+    "it is grblHAL, whose own limits are on": {"hal": True, "settings": {20: 1}},
     "it is FluidNC": {"fluid": True, "settings": {20: 1}},
     "it is FluidNC, which says late that it is not homed": {"fluid": True, "tells_late": True},
     "it is FluidNC, whose scale begins elsewhere": {
@@ -91,3 +92,16 @@ def test_halt_and_home_lead_out_of_a_state_that_only_a_reset_ends(
 
     assert halted["homed"] is trusted
     assert place["x"] == pytest.approx(3, abs=0.005)
+
+
+def test_an_axis_of_grblhal_with_soft_limits_moves_alone_from_where_it_has_homed(
+    peers, gantry, played
+):
+    async def story(driver):
+        await driver.move_to(GoalContext("z"), z=0.0)
+        return await driver.status()
+
+    status = played(gantry(peers(hal=True, settings={20: 1})), story)
+
+    assert (status["state"], status["alarm"]) == ("idle", "")
+    assert (status["x"], status["y"], status["z"]) == pytest.approx((0.0, 0.0, 0.0), abs=0.006)
