@@ -8,7 +8,6 @@ Run: python benchmarks/dispatch.py [--goals N]
 import argparse
 import asyncio
 import itertools
-import json
 import os
 import statistics
 import tempfile
@@ -48,8 +47,6 @@ steps:
     steps:
       - {{do: nothing.nothing, with: {{i: "${{{{ i }}}}"}}}}
 """
-WARM_UP = 20
-"""Actions at the start of a turn that are left out."""
 PAPER_S_A_POINT = 15.0
 ACTIONS_A_POINT = 6
 
@@ -122,29 +119,15 @@ def fsyncs(folder: Path, count: int) -> list[float]:
     return times
 
 
-def turn(folder: Path, count: int) -> None:
-    """Print the median of an action, after a warm-up, and which labrun it was of: one JSON line."""
-    import labrun
-
-    whole, _ = engine_times(folder, WARM_UP + count + 1)
-    of = str(Path(labrun.__file__).parent)
-    print(json.dumps({"labrun": of, "median_s": statistics.median(whole[WARM_UP:])}))
-
-
 def main() -> None:
     """Print medians, and their ratios to the baselines."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--goals", type=int, default=2000)
-    parser.add_argument("--turn", metavar="DIR", help="the engine alone, its run kept in DIR")
-    said = parser.parse_args()
-    count = said.goals
-    with tempfile.TemporaryDirectory(dir=said.turn) as name:
+    count = parser.parse_args().goals
+    with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for file, text in (("nothing.yaml", CONTRACT), ("nothing.py", DRIVER), ("lab.yaml", LAB)):
             (folder / file).write_text(text, encoding="utf-8")
-        if said.turn is not None:
-            turn(folder, count)
-            return
         whole, between = engine_times(folder, count)
         bare = asyncio.run(bare_calls(folder, count))
         sync = fsyncs(folder, count)

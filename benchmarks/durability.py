@@ -3,9 +3,9 @@
 All in one run: the engine with the fsyncs of journal and ledger, without the journal's, without
 any; a bare `sio.call` to the same server; one fsync; and, where they are installed, a bluesky
 `grid_scan` over simulated devices and a DBOS workflow. docs/reference/figures.md says what each
-line means. With `--against TREE`, another checkout, only the engine's time beside that one's.
+line means. With `--against TREE`, another checkout, only the times beside that one's.
 Run: python benchmarks/durability.py [--actions N] [--points N] [--peers PYTHON]
-     python benchmarks/durability.py --against ../labrun-before [--rounds N] [--actions N]
+     python benchmarks/durability.py --against ../labrun-before [--rounds N]
 """
 
 import argparse
@@ -23,13 +23,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from unittest import mock
 
-from beside.against import against
+from beside.against import BLOCKS, against
+from beside.blocks import ACTIONS
 from beside.disk import file_system, place_on_disk
 from beside.peers import ask_peer
 from beside.servers import serving
 from beside.table import median_ms, show, show_bluesky, show_dbos, show_head, show_times
 from beside.writes import writes_alone
 from dispatch import ACTIONS_A_POINT, PAPER_S_A_POINT, engine_times, fsyncs
+
+from labrun.schemas.messages import Goal
 
 ROUNDS = 5
 """Every line is measured a fifth at a time, in turn, so that a slow moment affects all lines."""
@@ -38,11 +41,12 @@ WARM_UP = 20
 FSYNCS_AN_ACTION = 3
 
 BARE, FSYNC = "bare sio.call", "one fsync of 400 bytes"
+MESSAGES = "the 3 messages of an action, alone"
 WRITES = "the 3 writes of an action, alone"
 DURABLE = "engine, journal and ledger fsynced"
 HALF = "engine, journal not fsynced"
 NEITHER = "engine, neither fsynced"
-LINES = (BARE, FSYNC, WRITES, DURABLE, HALF, NEITHER)
+LINES = (BARE, MESSAGES, FSYNC, WRITES, DURABLE, HALF, NEITHER)
 
 Times = dict[str, list[float]]
 
@@ -52,10 +56,11 @@ def measure(folder: Path, actions: int) -> Times:
     synced, unsynced = folder / "synced", folder / "unsynced"
     count = -(-actions // ROUNDS)
     times: Times = defaultdict(list)
-    with serving(synced, synced=True) as url, serving(unsynced, synced=False):
+    with serving(synced, synced=True) as server, serving(unsynced, synced=False):
         engine(synced, WARM_UP)  # imports and first-time caches are not what is measured
         for n in range(ROUNDS):
-            times[BARE] += asyncio.run(bare_calls(url, WARM_UP + count))[WARM_UP:]
+            times[BARE] += asyncio.run(bare_calls(server.url, WARM_UP + count))[WARM_UP:]
+            times[MESSAGES] += asyncio.run(exchanges(server.url, WARM_UP + count))[WARM_UP:]
             times[FSYNC] += fsyncs(folder, WARM_UP + count)[WARM_UP:]
             times[WRITES] += writes_alone(folder / f"writes{n}", WARM_UP + count)[WARM_UP:]
             times[DURABLE] += engine(synced, count)
@@ -103,6 +108,34 @@ async def bare_calls(url: str, count: int) -> list[float]:
     return times
 
 
+async def exchanges(url: str, count: int) -> list[float]:
+    """Seconds from a goal to its end as messages alone: sent, answered, told; nothing is done or kept."""
+    import socketio
+
+    client, told = socketio.AsyncClient(handle_sigint=False), asyncio.Event()
+    client.on("update", lambda report: told.set(), namespace="/action")
+    times = []
+    try:
+        await client.connect(url, transports=["websocket"], namespaces=["/action"])
+        for i in range(count):
+            goal = Goal(
+                id=f"2026-01-01_dispatch_12345678/main/0/{i}/0/1", device="nothing",
+                boot="123456789abc.12345678", epoch=i, action="nothing", params={"i": i},
+                timeout_s=30.01,
+            )  # fmt: skip
+            told.clear()
+            began = time.perf_counter()
+            payload = goal.model_dump(exclude_defaults=True)
+            await client.emit(
+                "exchange", payload, namespace="/action", callback=lambda answer: None
+            )
+            await told.wait()
+            times.append(time.perf_counter() - began)
+    finally:
+        await client.disconnect()
+    return times
+
+
 def show_ratios(ms: dict[str, float]) -> None:
     """The engine's lines beside each other and beside the baselines."""
     durable, neither = ms[DURABLE], ms[NEITHER]
@@ -114,6 +147,8 @@ def show_ratios(ms: dict[str, float]) -> None:
     show(f"durable / (bare call + {FSYNCS_AN_ACTION} fsyncs)", durable / fsynced)
     show("durable / (bare call + the 3 writes)", durable / (ms[BARE] + ms[WRITES]))
     show("neither fsynced / bare call", neither / ms[BARE])
+    show("the 3 messages / bare call", ms[MESSAGES] / ms[BARE])
+    show("(3 messages + 3 writes) / (bare call + 3 fsyncs)", (ms[MESSAGES] + ms[WRITES]) / fsynced)
 
 
 def show_shares(ms: dict[str, float]) -> None:
@@ -126,14 +161,14 @@ def show_shares(ms: dict[str, float]) -> None:
     show("durability alone", percent_a_ms * (ms[DURABLE] - ms[NEITHER]))
 
 
-def show_against(other: Path, rounds: int, actions: int) -> None:
-    """The engine's time for an action beside that of another tree."""
+def show_against(other: Path, rounds: int) -> None:
+    """The engine's times for an action beside those of another tree."""
     before, place = load(), place_on_disk()
     with tempfile.TemporaryDirectory(dir=place) as name:
-        found = against(other, rounds, actions, Path(name))
+        found = against(other, rounds, Path(name))
     print(
-        f"{rounds} rounds of {actions} actions a turn, {file_system(place)}; load {before} before, "
-        f"{load()} after; medians of the rounds' ratios, each with its 95 % interval"
+        f"{rounds} rounds of {BLOCKS} blocks of {ACTIONS} actions, {file_system(place)}; "
+        f"load {before} before, {load()} after; medians of the blocks' ratios, each with its 95 % interval"
     )
     for line, (median, low, high) in found.items():
         show(line, median, f"{low:.3f} .. {high:.3f}")
@@ -155,10 +190,10 @@ def main() -> None:
         "--peers", default=sys.executable, help="an interpreter with bluesky and DBOS"
     )
     parser.add_argument("--against", type=Path, metavar="TREE", help="another checkout of labrun")
-    parser.add_argument("--rounds", type=int, default=15, help="rounds of --against")
+    parser.add_argument("--rounds", type=int, default=4, help="rounds of --against")
     said = parser.parse_args()
     if said.against is not None:
-        show_against(said.against, said.rounds, said.actions)
+        show_against(said.against, said.rounds)
         return
     if min(said.actions, said.points) < ROUNDS:
         parser.error(f"a median needs at least {ROUNDS} actions and points")

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 from dispatch import CONTRACT, DRIVER, LAB
 
@@ -16,9 +17,16 @@ END_S = 5
 SCRIPT = Path(__file__).with_name("nothing_server.py")
 
 
+class Served(NamedTuple):
+    """A device server's address and process."""
+
+    url: str
+    pid: int
+
+
 @contextlib.contextmanager
-def serving(folder: Path, *, synced: bool) -> Iterator[str]:
-    """The address of a server of one device that does nothing; `folder/lab.yaml` then names it."""
+def serving(folder: Path, *, synced: bool) -> Iterator[Served]:
+    """A server of one device that does nothing; `folder/lab.yaml` then names it."""
     folder.mkdir()
     for name, text in (("nothing.yaml", CONTRACT), ("nothing.py", DRIVER), ("lab.yaml", LAB)):
         (folder / name).write_text(text, encoding="utf-8")
@@ -38,7 +46,7 @@ def serving(folder: Path, *, synced: bool) -> Iterator[str]:
             url = said["url"]
             served = LAB.replace('driver: "./nothing.py:Nothing"', f'url: "{url}"')
             (folder / "lab.yaml").write_text(served, encoding="utf-8")
-            yield url
+            yield Served(url, process.pid)
         finally:
             _end(process)
 
