@@ -10,10 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..spectrum.bad import BadChannels, bridged, mark_bad
-from ..spectrum.curve import median, quantile
+from ..spectrum.curve import median, quantile, softened
 from ..spectrum.kernel import kernel
+from ..spectrum.noise import local_noise
 from ..spectrum.resampled import WHITE, sharing
 from ..spectrum.spectrum import BoolArray, FloatArray, Spectrum
+from .peaks import SOFTENED_NOISE
 from .profiles import Profiles, fit_profiles
 from .voigt import SIGMA_PER_FWHM
 
@@ -78,10 +80,14 @@ def fit_at_pitch(
     hidden = 1.0
     if shared > 1:
         hidden = max(sharing(seen.spectrum.intensity) / WHITE, 1.0)
+    wider, lag = hidden, 1
+    if smoothed:
+        lag = 2 * shared
+        wider = max(softening_leaves(bridged(seen.spectrum.intensity, seen.bad), lag), 1.0)
     if shared > 1 and not smoothed:
         spoiled = seen.bad | mark_bad(seen.spectrum.intensity).any
         seen = Averaged(seen.spectrum, spoiled, seen.channels)
-    profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
+    profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, wider, lag)
     if profiles.spikes:
         # Their sums over several channels are nearly normal, but for a tail.
         whole = PHOTON_CHANNELS if shared == 1 else BLURRED_PHOTON
@@ -92,8 +98,17 @@ def fit_at_pitch(
     more = 1 if profiles.spikes else too_fine(profiles)
     if more > 1:
         seen = averaged(spectrum, bad, seen.channels * more)
-        profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, hidden)
+        profiles = fit_profiles(seen.spectrum, seen.bad, wanted_nm, wider, -(-lag // more))
     return profiles, seen.channels
+
+
+def softening_leaves(intensity: FloatArray, lag: int) -> float:
+    """How much more noise the smoothing, with which peaks are sought, leaves than of white noise.
+
+    lag: channels from which on neighbours share no noise.
+    """
+    before, after = local_noise(intensity, lag=lag), local_noise(softened(intensity), lag=lag)
+    return float(median(after / before)) / SOFTENED_NOISE
 
 
 def finer_than_any(x: FloatArray) -> int:

@@ -12,7 +12,7 @@ from ..spectrum.noise import (
     SIGMA_PER_QUANTILE,
     above_0,
     cut_off,
-    noise_once,
+    noise_apart,
     steadied,
 )  # fmt: skip
 from ..spectrum.resampled import sharing
@@ -69,17 +69,19 @@ def fit_profiles(
     bad: BoolArray | None = None,
     wanted_nm: FloatArray | None = None,
     hidden: float = 1.0,
+    lag: int = 1,
 ) -> Profiles:
     """All peaks of a spectrum, ascending in their centres.
 
     bad: channels that do not count, shape (m,); found by `mark_bad` if None. wanted_nm: places
     on the axis, ascending, at which a peak of three times the noise is enough.
-    hidden: factor for the noise estimated from neighbours that share some of it.
+    hidden: factor for the noise estimated from neighbours that share some of it. lag: channels
+    from which on they share none; a fit follows what they share, so that it tells no noise.
     """
     x = spectrum.wavelength_nm
     bad = mark_bad(spectrum.intensity).any if bad is None else bad
     calm = Spectrum(x, bridged(spectrum.intensity, bad))
-    floor = hidden * _noise_of_good(calm.intensity, bad)
+    floor = hidden * _noise_of_good(calm.intensity, bad, lag)
     edge = lower_edge(calm)
     under = lifted(calm, edge, floor)
     steady = steadied(floor, under)
@@ -105,7 +107,9 @@ def fit_profiles(
     seeds = _seeds(x, net, noise, wanted_nm)
     peaks = fit_peaks(x, net, heard, seeds, taught.slit, start=taught.lines)
     model = render(x, peaks, 0.05 * noise)
-    quieter = quieter_noise(noise, floor, above_0(under) + soft, net - model, seeds)
+    quieter = noise
+    if lag == 1:
+        quieter = quieter_noise(noise, floor, above_0(under) + soft, net - model, seeds)
     crowded = quieter is not noise
     if crowded:
         noise, heard = quieter, quieter * deaf
@@ -162,12 +166,12 @@ def _beside_cut(y: FloatArray, noise: FloatArray, bad: BoolArray) -> float:
     return max(float(quantile(above, QUANTILE)) * SIGMA_PER_QUANTILE, 1.0)
 
 
-def _noise_of_good(y: FloatArray, bad: BoolArray) -> FloatArray:
+def _noise_of_good(y: FloatArray, bad: BoolArray, lag: int) -> FloatArray:
     """Noise from the good channels: bridged channels have none."""
     if not bad.any():
-        return noise_once(y)
+        return noise_apart(y, lag)
     noise = np.zeros(len(y))
-    noise[~bad] = noise_once(y[~bad])
+    noise[~bad] = noise_apart(y[~bad], lag)
     return bridge(noise, bad)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .curve import joined, quantile
+from .curve import joined, median, quantile
 from .same_axis import of_axis
 from .spectrum import BoolArray, FloatArray
 
@@ -31,34 +31,51 @@ CUT_SHRINKS = 1.25  # noise over what is seen of it where its lower half is cut 
 ROUNDED, ROUNDING = 0.02, 0.41  # part of equal neighbours; noise of rounding, in its own steps
 
 
-def local_noise(intensity: FloatArray, block: int = BLOCK) -> FloatArray:
+def local_noise(intensity: FloatArray, block: int = BLOCK, lag: int = 1) -> FloatArray:
     """Standard deviation of the noise around each channel, counts, shape (n,).
 
-    intensity: counts, shape (n,), no NaN. The estimates of the blocks are joined by straight
-    lines. It is never 0, so that it can be a divisor: a spectrum without noise gets LEAST_PART
-    of its largest value.
+    intensity: counts, shape (n,), no NaN. lag: how many channels apart those are that are
+    compared. The estimates of the blocks are joined by straight lines. It is never 0, so that it
+    can be a divisor: a spectrum without noise gets LEAST_PART of its largest value.
     """
     n = len(intensity)
     floor = LEAST_PART * (float(np.max(np.abs(intensity), initial=0.0)) or 1.0)
-    if n < 3:
+    if n <= 2 * lag:
         return np.full(n, floor)
-    size = np.abs(np.diff(intensity, n=2))
+    size = np.abs(
+        np.diff(intensity, n=2) if lag == 1
+        else intensity[: -2 * lag] - 2.0 * intensity[lag:-lag] + intensity[2 * lag :]
+    )  # fmt: skip
     n_blocks = max(len(size) // block, 1)
     width = len(size) // n_blocks
     blocks = size[: n_blocks * width].reshape(n_blocks, width)
     cut = cut_off(intensity)
     if cut.any():
-        sigma = _beside_cut(blocks, (cut[:-2] | cut[1:-1] | cut[2:])[: n_blocks * width])
+        spoiled = cut[: -2 * lag] | cut[lag:-lag] | cut[2 * lag :]
+        sigma = _beside_cut(blocks, spoiled[: n_blocks * width])
     else:
         place = int(QUANTILE * width)
         low = np.partition(blocks, place, axis=1)[:, place]
         sigma = low * SIGMA_PER_QUANTILE / SECOND_DIFFERENCE_GAIN
-    floor = max(floor, ROUNDING * _rounded_to(size, cut))
+    floor = max(floor, ROUNDING * _rounded_to(size, cut[lag:-lag]))
     return joined(np.maximum(sigma, floor), 0.5 * width, float(width), n)
 
 
 noise_once = of_axis(local_noise)
 """The same for steps that ask for it one after the other, of the same counts; not to be changed."""
+
+
+def noise_apart(intensity: FloatArray, lag: int) -> FloatArray:
+    """The noise, counts, (n,), where channels nearer than `lag` share theirs; not to be changed.
+
+    Where lines are crowded they count for noise over so many channels. How much more noise there
+    is than neighbours tell changes little along the axis, so it is bounded by its middle.
+    """
+    near = noise_once(intensity)
+    if lag == 1:
+        return near
+    more = local_noise(intensity, lag=lag) / near
+    return near * np.minimum(more, MOST_OF_LAW * float(median(more)))
 
 
 @of_axis
@@ -102,7 +119,7 @@ def _rounded_to(size: FloatArray, cut: BoolArray) -> float:
     """The step to which counts were rounded; 0 where neighbours are seldom equal."""
     equal = size == 0.0
     if cut.any():
-        equal &= ~cut[1:-1]
+        equal &= ~cut
     if np.count_nonzero(equal) < ROUNDED * len(size):
         return 0.0
     moved = size[size > 0.0]
