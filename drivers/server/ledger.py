@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from hashlib import blake2b
 from pathlib import Path
-from typing import Any, TypeVar, TypeVarTuple
+from typing import Any, ClassVar, TypeVar, TypeVarTuple
 
 from ...schemas.messages import FileContent, Goal, GoalError, GoalReport, GoalState
 from .newest_mark import NewestMark
@@ -69,6 +69,8 @@ class Ledger:
     A sync may take as long as a disk likes, so an event loop calls its methods through `queued`.
     """
 
+    on_real_disk: ClassVar[bool] = True
+
     def __init__(self, path: Path) -> None:
         self.path = path
         self._thread: ThreadQueue | None = None
@@ -83,7 +85,8 @@ class Ledger:
             self._numbers, self._changed = itertools.count(newest + 1), 0
             self.mark = self._mark(newest, self._newest_hash)
             """The newest change on disk, as `ledger id:number:hash`."""
-            self._elsewhere = NewestMark(self.id)
+            on_disk = self.on_real_disk and str(path) != ":memory:"
+            self._elsewhere = NewestMark(self.id, on_disk=on_disk)
             on_failure.callback(self._elsewhere.close)
             self._proves_from = int(self._fact("proves_from", "-1"))
             self._notice_put_back(newest)

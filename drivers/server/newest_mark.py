@@ -18,12 +18,12 @@ SLOTS, SLOT = 4096, 64
 class NewestMark:
     """Of one ledger; nothing that goes wrong with it keeps a server from working."""
 
-    def __init__(self, ledger: str) -> None:
+    def __init__(self, ledger: str, *, on_disk: bool = True) -> None:
         self._start = f"{ledger}:"
         self._at = crc32(ledger.encode()) % SLOTS * SLOT
         self._file: FileIO | None = None
         with suppress(OSError):  # it is another user's, or the disk is full
-            self._file = _open()
+            self._file = _open() if on_disk else None
 
     def read(self) -> str:
         """As it was written last; empty where that is not known."""

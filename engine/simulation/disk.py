@@ -198,6 +198,8 @@ VFS = _Vfs()
 class SimulatedLedger(Ledger):
     """The ledger on the simulated disk; a sync takes some milliseconds, and the order is kept."""
 
+    on_real_disk = False
+
     def __init__(self, random: Random) -> None:
         self._random = random
         self._free_at = 0.0
