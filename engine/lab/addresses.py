@@ -37,12 +37,12 @@ def one_address(lab: Lab, source: Source) -> Iterator[Problem]:
 
 def _place(device: LabDevice) -> tuple[str, str]:
     """The key in a device's config that says where it is, and that place in one way of writing."""
-    from ...drivers.bridges.resource import read_resource
-
     key = "port" if device.driver in SERIAL else "resource"
     written = device.config.get(key)
     if device.driver is None or device.driver.startswith("sim_") or not isinstance(written, str):
         return key, ""
+    from ...drivers.bridges.resource import read_resource  # not for simulated ones
+
     try:
         found = read_resource(written)
     except ValueError:  # told where it is read

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..spectrum.bad import bridged, mark_bad
-from ..spectrum.curve import bridge, pitch_of, quantile, softened
+from ..spectrum.curve import bridge, median, pitch_of, quantile, softened
 from ..spectrum.kernel import kernel
 from ..spectrum.noise import (
     QUANTILE,
@@ -32,6 +32,8 @@ FOREIGN = (
 NEVER_DROPPED = 10.0  # prominence in noise
 DEAF = 1e3  # what the noise of a bad channel is multiplied by in a fit
 FOLLOWED, CLEARLY = 1.15, 0.7
+# Noise over what neighbours tell of it: 2.3 for means of three channels, 3 to 7 behind an intensifier.
+SMEARED = 3.0
 CROWDED = 0.2  # part of the peaks with clearly less noise, from which all is fitted anew
 LEAST_TOPS, QUIET_STEP, QUIET_PART = 30, 50, 0.1
 WANTED, WANTED_NM = 3.0, 0.3
@@ -76,7 +78,7 @@ def fit_profiles(
     bad: channels that do not count, shape (m,); found by `mark_bad` if None. wanted_nm: places
     on the axis, ascending, at which a peak of three times the noise is enough.
     hidden: factor for the noise estimated from neighbours that share some of it. lag: channels
-    from which on they share none; a fit follows what they share, so that it tells no noise.
+    from which on they share none.
     """
     x = spectrum.wavelength_nm
     bad = mark_bad(spectrum.intensity).any if bad is None else bad
@@ -108,7 +110,7 @@ def fit_profiles(
     peaks = fit_peaks(x, net, heard, seeds, taught.slit, start=taught.lines)
     model = render(x, peaks, 0.05 * noise)
     quieter = noise
-    if lag == 1:
+    if not _followed(calm.intensity, bad, lag):
         quieter = quieter_noise(noise, floor, above_0(under) + soft, net - model, seeds)
     crowded = quieter is not noise
     if crowded:
@@ -185,6 +187,14 @@ def _seeds(x, net, noise, wanted_nm) -> IntArray:
         np.abs(x[channels] - wanted_nm[place]), np.abs(x[channels] - wanted_nm[place - 1])
     )
     return channels[(clear >= SIGNIFICANT) | (away < WANTED_NM)]
+
+
+def _followed(y: FloatArray, bad: BoolArray, lag: int) -> bool:
+    """Whether a fit follows the noise so far that what it leaves over tells nothing of it."""
+    if lag == 1:
+        return False
+    more = _noise_of_good(y, bad, lag) / np.maximum(_noise_of_good(y, bad, 1), 1e-300)
+    return float(median(more)) > SMEARED
 
 
 def quieter_noise(
