@@ -97,8 +97,7 @@ class Grbl(GrblDialect):
     async def _step_inside(self) -> None:
         """grblHAL may have homed half a step outside its own soft limits: then no axis moves alone."""
         c = self.controller
-        if c.settings.soft_off_both_ends:
-            place = (await c.look()).machine
+        if c.settings.soft_off_both_ends and (place := (await c.look()).machine) is not None:
             ends = dict(enumerate(c.settings.ranges))
             inside = {a: min(max(place[a], low), high) for a, (low, high) in ends.items()}
             if out := {a: v for a, v in inside.items() if v != place[a]}:
