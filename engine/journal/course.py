@@ -121,10 +121,8 @@ class Course:
             case j.Finished():
                 self.finished, self.paused = record, False
                 self.open_questions.clear()
-                for path, message in self._happened.items():
-                    if record.fate == "failed" and record.detail.startswith(f"{path}: "):
-                        hole = self._stopped_at.get(path) or _step(path, message)
-                        self.stands[hole.path] = hole
+                if record.fate == "failed":
+                    self._take_failure(record.detail)
                 self._stopped_at.clear()
             case _:
                 pass
@@ -139,10 +137,18 @@ class Course:
             self._happened[goal.path] = record.error.message
 
     def _take_loop(self, record: j.LoopEnded) -> None:
+        if record.fate != "failed":
+            return
         for path, message in self._happened.items():
-            if record.fate == "failed" and path.startswith(f"{record.loop}/"):
+            if path.startswith(f"{record.loop}/"):
                 key = path.removeprefix(f"{record.loop}/").partition("/")[0]
                 self._stopped_at.setdefault(path, Hole(f"{record.loop}/{key}", key, message))
+
+    def _take_failure(self, detail: str) -> None:
+        for path, message in self._happened.items():
+            if detail.startswith(f"{path}: "):
+                hole = self._stopped_at.get(path) or _step(path, message)
+                self.stands[hole.path] = hole
 
     def _take_end(self, place: str, record: j.IterationEnded) -> None:
         """Of an iteration that failed with holes inside, only itself is a hole."""

@@ -83,7 +83,9 @@ def fit_profiles(
     x = spectrum.wavelength_nm
     bad = mark_bad(spectrum.intensity).any if bad is None else bad
     calm = Spectrum(x, bridged(spectrum.intensity, bad))
-    floor = hidden * _noise_of_good(calm.intensity, bad, lag)
+    apart = _noise_of_good(calm.intensity, bad, lag)
+    followed = lag > 1 and _followed(apart, _noise_of_good(calm.intensity, bad, 1))
+    floor = hidden * apart
     edge = lower_edge(calm)
     under = lifted(calm, edge, floor)
     steady = steadied(floor, under)
@@ -110,7 +112,7 @@ def fit_profiles(
     peaks = fit_peaks(x, net, heard, seeds, taught.slit, start=taught.lines)
     model = render(x, peaks, 0.05 * noise)
     quieter = noise
-    if not _followed(calm.intensity, bad, lag):
+    if not followed:
         quieter = quieter_noise(noise, floor, above_0(under) + soft, net - model, seeds)
     crowded = quieter is not noise
     if crowded:
@@ -189,12 +191,12 @@ def _seeds(x, net, noise, wanted_nm) -> IntArray:
     return channels[(clear >= SIGNIFICANT) | (away < WANTED_NM)]
 
 
-def _followed(y: FloatArray, bad: BoolArray, lag: int) -> bool:
-    """Whether a fit follows the noise so far that what it leaves over tells nothing of it."""
-    if lag == 1:
-        return False
-    more = _noise_of_good(y, bad, lag) / np.maximum(_noise_of_good(y, bad, 1), 1e-300)
-    return float(median(more)) > SMEARED
+def _followed(apart: FloatArray, near: FloatArray) -> bool:
+    """Whether a fit follows the noise so far that what it leaves over tells nothing of it.
+
+    apart, near: the noise by channels that share none and by neighbours, counts, both (n,).
+    """
+    return float(median(apart / np.maximum(near, 1e-300))) > SMEARED
 
 
 def quieter_noise(
