@@ -48,12 +48,13 @@ class Course:
     are or were below it. `stands`: by path, the iteration (or the step outside any) at which the run
     failed by a `once` action that had happened: a plain resume fails there again. `_happened`,
     `_stopped_at`: such actions, by path, and the iterations in which the loops around them have ended.
-    `under_way`, `open_questions`: by the goal's id, and by path. `last_at`: when an engine wrote a
-    record last.
+    `over`: it has ended, or is about to say so. `under_way`, `open_questions`: by the goal's id, and by
+    path. `last_at`: when an engine wrote a record last.
     """
 
     started: j.Started | None = None
     finished: j.Finished | None = None
+    over: bool = False
     changes: list[j.Changed] = field(default_factory=list)
     redone: list[j.Redo] = field(default_factory=list)
     session: int = 1
@@ -89,7 +90,7 @@ class Course:
                 self.started = record
             case j.Resumed():
                 self.session, self.resumes = self.session + 1, record.count
-                self.finished, self.paused, self.aborted_by = None, False, ""
+                self.finished, self.paused, self.aborted_by, self.over = None, False, "", False
                 self.open_questions.clear()
             case j.Changed():
                 self.changes.append(record)
@@ -99,7 +100,7 @@ class Course:
                 self.stands.clear()
             case j.Redo():
                 self.redone.append(record)
-                self.finished = None
+                self.finished, self.over = None, False
                 for path in record.iterations:
                     self._forget_holes(path)
                     self._leave(path)
@@ -121,14 +122,19 @@ class Course:
             case j.Finished():
                 self.finished, self.paused = record, False
                 self.open_questions.clear()
-                if record.fate == "failed":
-                    self._take_failure(record.detail)
+                self.end(record.fate, record.detail)
                 self._stopped_at.clear()
             case _:
                 pass
         self.last_n, self.last_hash = record.n, record.hash
         if type(record) not in BY_COMMANDS:
             self.last_at = record.at
+
+    def end(self, fate: j.RunFate, detail: str) -> None:
+        """The run ends like this: where it stands is counted, in its last record, too."""
+        self.over = True
+        if fate == "failed":
+            self._take_failure(detail)
 
     def _take_outcome(self, goal: Goal | None, record: j.GoalEnded) -> None:
         if goal is None or record.error is None or record.error.happened != "yes":
@@ -198,8 +204,7 @@ class Course:
 
     def stood(self, loops: Collection[str]) -> int:
         """At how many iterations of these loops the run stands, now that it has ended."""
-        over = self.finished is not None
-        return sum(path.rpartition("/")[0] in loops for path in self.stands) if over else 0
+        return sum(path.rpartition("/")[0] in loops for path in self.stands) if self.over else 0
 
 
 def _step(path: str, message: str) -> Hole:

@@ -84,6 +84,7 @@ async def run_session(
 async def _end(run: Run, session: RunSession, ending: Ending) -> None:
     """Write the last record, then the reports, which read the journal."""
     outputs = session.outputs() if ending.fate == "succeeded" else {}
+    run.history.end(ending.fate, ending.detail)
     try:
         run.record(
             j.Finished(

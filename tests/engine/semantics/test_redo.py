@@ -115,6 +115,7 @@ steps:
     ran = bench.resume(point=["group/x"])
 
     assert [first.status, plain.status, again.status, ran.status] == [1, 1, 1, 0]
+    assert [one.holes for one in ran.records if one.kind == "finished"] == [1, 1, 1, 0]
     assert ran.sent == ["x0", "x1", "x1", "x1", "after"]
     assert shots(ran)[1:] == [f"main/group/x{level}/1" for level in ("", "/pass:2", "/pass:3")]
 
