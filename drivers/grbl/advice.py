@@ -26,7 +26,13 @@ def advice(settings: Settings) -> Iterator[Advice]:
     if value(21, 0) == 0:
         yield Advice("$21=1", "hard limits are off: hitting a switch would not cut the motors")
     if value(20, 0) == 0:
-        yield Advice("$20=1", "soft limits are off: the controller's own net beneath the work area")
+        why = "soft limits are off: the controller's own net beneath the work area"
+        if settings.firmware.off_both_ends:
+            why += (
+                ". With $21=1 they end a pull-off ($27) before both ends, so the work area does, too, and "
+                "bench zero moves with it: set this before any place on the bench is written down"
+            )
+        yield Advice("$20=1", why)
     if value(1) not in (None, 255.0):
         yield Advice(
             "$1=255",

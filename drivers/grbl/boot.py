@@ -27,10 +27,10 @@ async def reach(controller: Controller, boot_s: float) -> None:
         await _greet(controller, boot_s)
         _check_age(controller)
         lines = await controller.ask("$$")
-        settings = Settings.read(lines, await _options(controller))
-        if controller.kind.own_scale:
+        options = await _options(controller)  # which may say the firmware's name, too
+        settings = Settings.read(lines, options, controller.kind)
+        if settings.firmware.own_scale:
             settings = replace(settings, homes_at=await _homes_at(controller, settings.axes))
-        settings = replace(settings, off_both_ends=controller.kind.off_both_ends)
         if settings.unfit:
             raise OSError(f"{controller.port.name}: {settings.unfit}")
         controller.configure(settings)

@@ -5,6 +5,7 @@ import re
 from dataclasses import dataclass, field
 
 from ..motion.bench import LETTERS, Point
+from .firmware import GRBL, Firmware
 
 AXIS_OR_PLACE = re.compile(r"^ *(?:([xyzabc]):|mpos_mm: (-?\d+(?:\.\d+)?))\s*$", re.MULTILINE)
 
@@ -26,17 +27,17 @@ class Settings:
     """Read once after every boot. Lengths in mm, rates in mm/min, accelerations in mm/s2.
 
     Settings that a controller does not report are assumed to be GRBL's defaults. `options` are the
-    letters of `[OPT:...]` in the answer to `$I`: the firmware's build options. `homes_at` is FluidNC's:
-    where each axis (0, 1, 2) is after homing, by its own scale. `off_both_ends` is grblHAL's.
+    letters of `[OPT:...]` in the answer to `$I`: the firmware's build options. `homes_at` is where each
+    axis (0, 1, 2) is after homing, of a firmware with a scale of its own.
     """
 
     values: dict[int, float] = field(default_factory=dict)
     options: str = ""
+    firmware: Firmware = GRBL
     homes_at: dict[int, float] | None = None
-    off_both_ends: bool = False
 
     @classmethod
-    def read(cls, lines: list[str], options: str = "") -> "Settings":
+    def read(cls, lines: list[str], options: str = "", firmware: Firmware = GRBL) -> "Settings":
         """From the lines of `$$` (`130=810.000`); values that are not numbers are left out."""
         values: dict[int, float] = {}
         for line in lines:
@@ -45,7 +46,7 @@ class Settings:
                 values[int(number)] = float(value)
             except ValueError:
                 continue
-        return cls(values, options)
+        return cls(values, options, firmware)
 
     @property
     def axes(self) -> int:
@@ -146,7 +147,8 @@ class Settings:
     @property
     def soft_off_both_ends(self) -> bool:
         """Soft limits that raise an alarm within the travel, at the end without a switch, too."""
-        return self.off_both_ends and bool(self.values.get(20)) and bool(self.values.get(21))
+        on = bool(self.values.get(20)) and bool(self.values.get(21))
+        return self.firmware.off_both_ends and on
 
     @property
     def tolerance(self) -> float:

@@ -140,10 +140,9 @@ class OpenBuilds(GrblDialect):
                     f"{self._name()} does not report its settings (`$$`): {fault}"
                 ) from fault
         lines = [f"{number}={value}" for number, value in control.settings.items()]
-        settings = Settings.read(lines, control.look().options)
-        if control.kind.own_scale:
+        settings = Settings.read(lines, control.look().options, control.kind)
+        if settings.firmware.own_scale:
             settings = replace(settings, homes_at=homes_at_of(await self._ask_configuration()))
-        settings = replace(settings, off_both_ends=control.kind.off_both_ends)
         if settings.unfit:
             raise OSError(f"{self._name()}: {settings.unfit}")
         self.bench = read_bench(self.place.config, self.limits, settings.ranges)

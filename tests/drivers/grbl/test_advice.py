@@ -1,6 +1,9 @@
 """What is said of a controller's settings."""
 
+import pytest
+
 from labrun.drivers.grbl.advice import advice
+from labrun.drivers.grbl.firmware import firmware_of
 from labrun.drivers.grbl.settings import Settings
 
 from .peer import SETTINGS
@@ -21,6 +24,15 @@ def test_each_setting_that_costs_the_position_is_named():
         (line,) = told({number: value})
 
         assert line.startswith(f"${number}=")
+
+
+@pytest.mark.parametrize(("banner", "moves"), [("GrblHAL 1.1f", True), ("Grbl 1.1h", False)])
+def test_soft_limits_that_move_bench_zero_are_told_as_such(banner, moves):
+    settings = Settings({**GOOD, 20: 0}, firmware=firmware_of(banner))
+    (one,) = advice(settings)
+
+    assert one.line == "$20=1"
+    assert ("bench zero moves" in one.why) == moves
 
 
 def test_an_axis_longer_than_gantry_1_goes_is_told():
