@@ -126,16 +126,13 @@ class Action(Model):
         return RESERVED_ERRORS.get(error, "unknown")
 
 
-LOOK_S = 10.0
-"""A picture between goals may take so long at least."""
-
-
 class Contract(Model):
     """What one kind of device promises, under a name with its major version.
 
     `also` are earlier contracts that it keeps, too: a device of this one can play their roles.
     `cancel_grace` is how long its driver may take to end an action that was cancelled, `lapse_grace` how long
-    an action may go on after its lease is over, where `on_lease_lapse` lets it finish.
+    an action may go on after its lease is over, where `on_lease_lapse` lets it finish, `look_timeout` how
+    long a picture between goals may take at least.
     """
 
     type: ContractType
@@ -146,6 +143,7 @@ class Contract(Model):
     on_lease_lapse: Literal["finish", "cancel", "safe"] = "finish"
     lapse_grace: Duration = "10 min"
     cancel_grace: Duration = "3 s"
+    look_timeout: Duration = "10 s"
     status: JsonSchema = Field(default_factory=dict)
     actions: dict[Name, Action] = Field(min_length=1)
 
@@ -170,10 +168,10 @@ class Contract(Model):
         return look is not None and "above" in self.actions[look[0]].param_schemas()
 
     def look_s(self) -> float:
-        """How long such a picture may take: three times what the contract says it usually takes."""
+        """How long such a picture may take: three times what the contract says it usually takes, at least."""
         look = self.look()
         usual_s = self.actions[look[0]].typical_s({}) if look is not None else None
-        return max(LOOK_S, 3 * (usual_s or 0.0))
+        return max(seconds(self.look_timeout), 3 * (usual_s or 0.0))
 
     def keeps(self, contract: str) -> bool:
         """Whether a device of this contract can play a role that needs that one."""

@@ -8,7 +8,6 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from ...schemas.contract import LOOK_S
 from ...schemas.messages import (
     ENDED,
     DeviceDescription,
@@ -192,7 +191,7 @@ class DeviceClient:
             raise ServerUnreachable(self.url, str(fault)) from fault
         return ServerDescription.model_validate(answer).devices
 
-    async def look(self, device: str, above: bool = False, within_s: float = LOOK_S) -> Look:
+    async def look(self, device: str, above: bool, within_s: float) -> Look:
         """What a camera sees now; no goal, so nobody has to hold it and nothing is kept.
 
         `within_s`: how long its server may take, which is its contract's `look_s`.

@@ -29,6 +29,8 @@ LONGEST_DELAY_S = 1.0
 WINDOWS_ERRORS = 1000
 """From here on the numbers are Windows', which come with their words."""
 LOG = logging.getLogger("labrun")
+# python-engineio prints each loss that is told in words here, by two handlers where there is one already.
+logging.getLogger("engineio.client").addFilter(lambda said: "queue is empty" not in str(said.msg))
 
 Answer = dict[str, Any]
 

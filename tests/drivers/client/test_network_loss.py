@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import logging
 from collections import Counter
 from contextlib import asynccontextmanager
 from dataclasses import replace
@@ -34,6 +35,13 @@ def impatient(monkeypatch):
     monkeypatch.setattr("labrun.drivers.client.goal_tracking.BEAT_MISSED_S", 0.5)
     monkeypatch.setattr("labrun.drivers.client.goal_watch.LOOK_S", 0.1)
     monkeypatch.setattr(Link.call, "__defaults__", (0.5, None))
+
+
+def test_a_loss_is_told_in_words_of_ours_alone(caplog):
+    for words in ("packet queue is empty, aborting", "message handler error"):
+        logging.getLogger("engineio.client").error(words)
+
+    assert caplog.messages == ["message handler error"]
 
 
 async def kill(server):

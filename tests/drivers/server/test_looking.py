@@ -6,7 +6,7 @@ import pytest
 
 from labrun.drivers.driver import ActionFailed
 from labrun.drivers.server.lease import Refused
-from labrun.schemas.contract import LOOK_S, Contract
+from labrun.schemas.contract import Contract
 from labrun.schemas.contracts import shipped_contracts
 from labrun.schemas.messages import FileContent
 
@@ -90,18 +90,19 @@ def test_a_goal_that_comes_during_a_look_begins_after_it():
     assert acts == [("looks", "picture.jpg"), ("seen", "picture.jpg"), ("begins", "g1")]
 
 
-def test_a_camera_that_hangs_keeps_no_goal_waiting_for_ever(monkeypatch):
+@pytest.mark.parametrize(("more", "limit_s"), [({}, 10), ({"look_timeout": "4 s"}, 4)])
+def test_a_camera_that_hangs_keeps_no_goal_waiting_for_ever(monkeypatch, more, limit_s):
     monkeypatch.setattr(Camera, "takes_s", 1000.0)
 
     async def told(story):
-        with pytest.raises(Refused, match=r"gave no picture within 10 s"):
+        with pytest.raises(Refused, match=f"gave no picture within {limit_s} s"):
             await story.device.look()
         began = asyncio.get_running_loop().time()
         await story.take()
         await story.until("begins", await story.goal())
         return asyncio.get_running_loop().time() - began
 
-    assert told_with(told) == pytest.approx(LOOK_S, abs=1)
+    assert told_with(told, **more) == pytest.approx(limit_s, abs=1)
 
 
 @pytest.mark.parametrize(
