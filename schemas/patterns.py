@@ -12,6 +12,7 @@ from .quantity import is_number
 
 ANNOTATIONS = (
     "unit",
+    "computed_from",
     "title",
     "description",
     "default",

@@ -291,6 +291,20 @@ def magnitude_in(value: Any, unit: str) -> float:
     return float(f"{value.magnitude * factor:.12g}")
 
 
+def capital_slip(text: Any, unit: str) -> str:
+    """What is likely wrong in `5 MW` where mW is the unit: a prefix in the other case; else empty."""
+    match = QUANTITY.match(text) if isinstance(text, str) else None
+    if match is None or match[2] == unit or match[2].casefold() != unit.casefold():
+        return ""
+    try:
+        one, value = magnitude_in(f"1 {match[2]}", unit), magnitude_in(text, unit)
+    except UnitError:
+        return ""
+    return (
+        "" if one == 1 else f"{text.strip()} is {number_text(value)} {unit}; did you mean {unit}?"
+    )
+
+
 def unit_meant(value: "Quantity[Any]", unit: str) -> str:
     """`; did you mean mm?` of a quantity of another kind than the unit; nothing where no slip explains it."""
     return _did_you_mean(f"{value.units:~}".removesuffix(" * deg"), unit)  # of `deg C`, too

@@ -91,7 +91,7 @@ from ...schemas.contract import Action
 from ...schemas.lab import Limit
 from ...schemas.problem import Problem
 from ...schemas.protocol import Do, Scalar
-from ...schemas.quantity import UnitError, has_offset, is_quantity, same_dimension
+from ...schemas.quantity import UnitError, capital_slip, has_offset, is_quantity, same_dimension
 from ..lab.bind import BoundRole
 from ..language.arguments import ArgumentFault, fit_arguments
 from ..language.expression import ExpressionError
@@ -147,6 +147,13 @@ def _check(
             yield _problem(context, at, fault)
     given = {**known, **{name: None for name in later if name not in action.param_schemas()}}
     _, faults = fit_arguments(action, given, bound.limits, label=label, later=later)
+    wrong = {fault.param for fault in faults}
+    for name in action.param_schemas().keys() & at.arguments.keys() - wrong:
+        unit = action.param_schemas()[name].get("unit", "")
+        if slip := capital_slip(at.arguments[name].raw, unit):
+            yield context.source.problem(
+                (*at.place, "with", name), "W221", f"{label}.{name}: {slip}"
+            )
     for fault in faults:
         if fault.code != "E205" or not _has_unknown_keys(context, at):
             yield _problem(context, at, fault)

@@ -24,7 +24,7 @@ Fails:
     finally: [{do: libs.disarm}]
 
 E302. A name must come from an enclosing loop or a `set`, or be `params`, `steps`, `run`, or, in a
-fallback, `error`. Text needs quotes: `'Li'`.
+fallback, `error`. Text needs quotes: `'Li'`. In an optimizer's constraint it is one of its `space`.
 
 Passes:
 
@@ -184,12 +184,15 @@ Beside it, samples.csv:
     SPD-08,30
 """
 
+import ast
 import re
 from collections.abc import Iterator
 
 from ...schemas.problem import Problem
 from ..language.infer import Fault
-from ..survey.spots import Spot
+from ..language.shape import Place
+from ..language.suggest import did_you_mean, listed
+from ..survey.spots import Spot, StepAt
 from .context import Context
 
 CODES = {
@@ -214,6 +217,34 @@ def check(context: Context) -> Iterator[Problem]:
         dashed = _dashed(context, spot) if len(faults) > 1 else None
         for fault in [dashed] if dashed else faults:
             yield context.source.problem(spot.place, fault.code, fault.message, fault.hint)
+    for _, at, _, action in context.survey.actions():
+        for name, schema in action.param_schemas().items():
+            of = schema.get("items", {}).get("computed_from")
+            if of and name in at.arguments and of in at.arguments:
+                yield from _computed_from(context, (*at.place, "with", name), at, name, of)
+
+
+def _computed_from(
+    context: Context, place: Place, at: StepAt, name: str, of: str
+) -> Iterator[Problem]:
+    """Texts that a device computes, such as an optimizer's constraints, from the keys of another argument."""
+    texts, known = at.arguments[name].raw, at.arguments[of].raw
+    if not isinstance(texts, list) or not isinstance(known, dict):
+        return
+    for index, text in enumerate(texts):
+        if not isinstance(text, str) or "${{" in text:
+            continue
+        try:
+            tree = ast.parse(text.strip(), mode="eval")
+        except (SyntaxError, ValueError, RecursionError, MemoryError):
+            yield context.source.problem((*place, index), "E300", f"{text!r} cannot be computed")
+            continue
+        names = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name)]
+        for unknown in dict.fromkeys(one for one in names if one not in known):
+            yield context.source.problem(
+                (*place, index), "E302", f"{of} has no {unknown}{did_you_mean(unknown, known)}",
+                f"it has {listed(known)}",
+            )  # fmt: skip
 
 
 def _is_news(context: Context, fault: Fault) -> bool:

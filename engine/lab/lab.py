@@ -35,6 +35,7 @@ CODES = {
     "E130": "a contract of a lab that cannot be used",
     "W130": "a driver that is not installed here",
     "W131": "two devices at one address",
+    "W133": "a folder of a lab that is not there",
     "E132": "a config that does not fit its driver or its contract",
     "E131": "a limit of a lab for an unknown parameter, or in the wrong unit",
 }
@@ -111,6 +112,13 @@ def load_lab(path: Path | None) -> tuple[LoadedLab | None, list[Problem]]:
     problems += _check_names(lab, source)
     problems += _check_devices(lab, contracts, source, path, unread)
     problems += one_address(lab, source)
+    here = path.parent if path is not None else Path()
+    for index, folder in enumerate(lab.folders):
+        if not (here / folder).is_dir():
+            hint = f"it is looked for as {(here / folder).absolute()}"
+            problems.append(
+                source.problem(("folders", index), "W133", f"there is no folder {folder}", hint)
+            )
     return LoadedLab(lab, path, contracts, source), problems
 
 

@@ -186,6 +186,12 @@ class Composer:
         if key_node.plain and key_node.value == MERGE:
             open_.merges.append((node, start))
             return
+        if key_node.value is None and (written := self.text[start:end].strip()) != "null":
+            message = (
+                f"a key is a word, not {f'`{written}`, which is null' if written else 'nothing'}"
+            )
+            self.faults.append(YamlFault("E103", message, start, length=end - start))
+            return
         key = key_text(key_node.value)
         if key in parent.members:
             self.faults.append(twice(key, start, end, parent.keys[key][0]))

@@ -5,6 +5,7 @@ from typing import Any
 
 from ...schemas.problem import Problem
 from ...schemas.protocol import Param
+from ...schemas.quantity import capital_slip
 from ..language.source import Source
 from ..language.suggest import did_you_mean, listed
 from .declaration import declaration_faults
@@ -16,6 +17,7 @@ CODES = {
     "E222": "a value outside a parameter's range, pattern or choices",
     "E223": "a parameter without a value",
     "E224": "a parameter declaration that contradicts itself",
+    "W221": "a unit that is the wanted one but for a capital letter",
     "W223": "a parameter that needs a value when the protocol runs",
 }
 
@@ -40,6 +42,8 @@ def read_params(
                 problems.append(_missing(name, param, source, needed))
         except ParamFault as fault:
             problems.append(_refused(name, fault, source, by_option=name in given))
+        else:
+            problems += _slips(name, param, given, source)
     return values, problems
 
 
@@ -76,6 +80,16 @@ def _refused(name: str, fault: ParamFault, source: Source, *, by_option: bool) -
         )
     place = ("params", name, "default", *fault.path)
     return source.problem(place, fault.code, f"{name}: {fault}", fault.hint)
+
+
+def _slips(name: str, param: Param, given: Mapping[str, Any], source: Source) -> Iterator[Problem]:
+    if name in given and (slip := capital_slip(given[name], param.unit or "")):
+        yield Problem(
+            file="-p", line=1, column=1, code="W221", severity="warning", message=f"{name}: {slip}"
+        )
+    for key in ("default", "minimum", "maximum"):
+        if slip := capital_slip(getattr(param, key), param.unit or ""):
+            yield source.problem(("params", name, key), "W221", f"{name}: {slip}")
 
 
 __all__ = ["CODES", "ParamFault", "given_value", "read_params", "take"]

@@ -79,6 +79,22 @@ Fails:
     steps:
       - {do: gantry.move_to, with: {z: "${{ params.depth }}"}}
 
+W221. Milli and mega are the same letter, small and large: 5 MW is a thousand million times 5 mW. Where a
+value's unit is the wanted one but for that, it is told, whatever the range; write the value in the unit
+that is wanted if it is meant.
+
+Passes:
+
+    params: {power: {type: quantity, unit: mW, default: 5 mW}}
+    steps:
+      - log: ${{ params.power }}
+
+Fails:
+
+    params: {power: {type: quantity, unit: mW, default: 5 MW}}
+    steps:
+      - log: ${{ params.power }}
+
 W223. `labrun check` checks a protocol before values are chosen; it shows which ones will be
 needed.
 

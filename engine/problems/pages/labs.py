@@ -80,6 +80,21 @@ Fails as a lab:
       left: {contract: gantry@1, driver: grbl, config: {port: /dev/ttyUSB0}}
       right: {contract: gantry@1, driver: grbl, config: {port: /dev/ttyUSB0}}
 
+W133. Tables and protocols may be named that lie in one of a lab's `folders`. One that is not there, or is
+a file, holds nothing; it may be a drive that is not mounted now, so it is a warning.
+
+Passes as a lab:
+
+    folders: [.]
+    devices:
+      gantry: {contract: gantry@1, driver: sim_gantry}
+
+Fails as a lab:
+
+    folders: [./tabels]
+    devices:
+      gantry: {contract: gantry@1, driver: sim_gantry}
+
 E208. A contract is named with its version, such as gantry@1, and must be one that ships with
 labrun or one of the lab's own.
 

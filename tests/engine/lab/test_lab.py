@@ -146,6 +146,11 @@ def test_a_start_timeout_that_is_not_a_time_is_a_problem(tmp_path, value):
             "  h: {contract: gantry@1, driver: marlin, config: {port: com3}}",
             "W131", "h is at com3, as g is",
         ),
+        (
+            "folders: [., ./tabels]\ndevices: {g: {contract: gantry@1, driver: grbl}}",
+            "W133", "there is no folder ./tabels",
+        ),
+        ("devices: {~: {}, g: {contract: gantry@1, driver: grbl}}", "E103", "not `~`, which is null"),
     ],
 )  # fmt: skip
 def test_a_mistake_in_a_lab_is_told_once_with_the_way_on(tmp_path, text, code, words):
