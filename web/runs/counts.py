@@ -46,13 +46,18 @@ class NodeCount:
     message: str = ""
     last: End = ""
 
-    def end(self, status: Status, seconds: float | None, message: str) -> None:
-        """One more iteration has ended."""
+    def end(
+        self, status: Status, seconds: float | None, message: str, *, instead_of: str = ""
+    ) -> str:
+        """One more iteration has ended, or the same one anew; returns as what it is counted."""
+        if instead_of:
+            setattr(self, instead_of, getattr(self, instead_of) - 1)
         self.last_s = seconds
         self.last = status if status in ("ok", "failed", "skipped", "cancelled") else "unknown"
         counted = status if status in ("ok", "skipped", "unknown") else "failed"
         setattr(self, counted, getattr(self, counted) + 1)
         self.message = message or self.message
+        return counted
 
     def state(self) -> NodeState:
         """As sent to the page."""
@@ -66,7 +71,8 @@ class NodeCount:
 class Table:
     """The iterations of one loop, within one iteration of the loops around it: columns of arrays.
 
-    `first` and `last` are the offsets in the journal between which the records of each lie.
+    `first` and `last` are the offsets in the journal between which the records of each lie; `counted`
+    is how the loop's own end is counted in its step.
     """
 
     loop: str
@@ -83,6 +89,7 @@ class Table:
     last: array = field(default_factory=lambda: array("q"))
     messages: dict[int, str] = field(default_factory=dict)
     total: int | None = None
+    counted: str = ""
     counts: dict[Status, int] = field(default_factory=dict)
     current: int | None = None
     paces: deque[float] = field(default_factory=lambda: deque(maxlen=PACE))

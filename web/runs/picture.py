@@ -250,7 +250,9 @@ class Picture(Course):
             table = self.table(found.step.told.path, found.within)
             if table.total is None or record.fate == "succeeded":
                 table.total = record.total
-            self.nodes[found.step.told.path].end(FATES[record.fate], None, "")
+            table.counted = self.nodes[found.step.told.path].end(
+                FATES[record.fate], None, "", instead_of=table.counted
+            )
             self._ran(found.step)
 
     def close(self) -> None:

@@ -175,11 +175,14 @@ def test_points_of_nested_loops_are_told_apart_by_the_keys_around(teller, outlin
 
 def test_the_point_at_which_the_run_failed_is_a_hole_if_its_shot_had_happened(teller, outline):
     path = "main/samples/A/scan/0,0/careful/shoot"
+    loops = ("main/samples/A/scan", "main/samples")
+
+    def ended(fate):
+        parts = {"total": 2, "succeeded": 0, "failed": 0, "skipped": 0}
+        teller.tell(*(j.LoopEnded(loop=loop, fate=fate, **parts) for loop in loops))
+
     teller.started().failed(path, happened="yes")
-    for loop in ("main/samples/A/scan", "main/samples"):
-        teller.tell(
-            j.LoopEnded(loop=loop, total=2, fate="failed", succeeded=0, failed=0, skipped=0)
-        )
+    ended("failed")
     teller.finished("failed", detail=f"{path}: libs.measure: ButtonNotFound: no such luck")
     picture, follower = Picture(teller.path, outline), Follower(teller.path)
     read(picture, follower)
@@ -188,11 +191,15 @@ def test_the_point_at_which_the_run_failed_is_a_hole_if_its_shot_had_happened(te
     teller.tell(j.Resumed(labrun="0.1.0", count=1))
     read(picture, follower)
     (again,) = [p for p in picture.take_changes()[1] if p.loop.endswith("scan")]
+    ended("succeeded")
+    read(picture, follower)
+    counted = [picture.nodes[loop].state() for loop in ("main/samples/*/scan", "main/samples")]
 
     assert hole == {("main/samples/*/scan", "A", "0,0"): "main/samples/A/scan/0,0"}
     assert stands == set(hole.values())
     assert (told.key, told.status, told.message) == ("0,0", "failed", "no such luck")
     assert again.status == "waiting"
+    assert [(one.status, one.ok, one.failed) for one in counted] == [("ok", 1, 0)] * 2
 
 
 def test_a_question_and_a_goal_under_way_end_with_the_run(teller, outline):
