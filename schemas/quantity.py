@@ -97,9 +97,8 @@ def registry() -> "UnitRegistry":
     told = logging.getLogger("pint.util")
     level = told.level
     told.setLevel(logging.ERROR)  # it warns of a unit that is defined again
-    for definition in GAS_FLOWS:
+    for definition in (*GAS_FLOWS, "ppb = 1e-9", "liter = decimeter**3 = L = l = litre"):
         made.define(definition)
-    made.define("ppb = 1e-9")
     told.setLevel(level)
     return made
 

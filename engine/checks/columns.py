@@ -66,13 +66,9 @@ def _header(name: str, spot: Spot | None) -> str:
     if not unit:
         return name
     from ...schemas.quantity import UnitError, unit_of
+    from ..run.rows import suffix
 
     try:
-        short = f"{unit_of(unit):~}"
+        return name + suffix(f"{unit_of(unit):~}")
     except UnitError:
         return name
-    return (
-        name
-        + "_"
-        + short.replace(" ", "").replace("/", "_per_").replace("**", "").replace("µ", "u")
-    )

@@ -162,6 +162,8 @@ def choices_text(event: Event) -> str:
 
 def ending_text(event: Event) -> str:
     """The last line of a run, for people."""
+    if event.text.startswith(f"{event.state} "):  # `aborted by Ctrl-C`
+        return f"run {event.text}"
     words = f"run {ended_as(event.state, event.data.get('holes', 0))}"
     if event.text and event.state == "succeeded":
         return f"{words}, but {event.text}"

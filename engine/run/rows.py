@@ -149,7 +149,8 @@ def suffix(unit: str | None) -> str:
     """What a column's name ends with in the table: `_mm`; nothing without a unit."""
     if not unit:
         return ""
-    return "_" + unit.replace(" ", "").replace("/", "_per_").replace("**", "").replace("µ", "u")
+    plain = unit.replace(" ", "").replace("**", "").replace("µ", "u").replace("L", "l")
+    return "_" + plain.replace("/", "_per_")
 
 
 def unit_in(column: str) -> str:
@@ -157,7 +158,7 @@ def unit_in(column: str) -> str:
     _, mark, rest = column.partition("_")
     while mark:
         if (unit := rest.replace("_per_", "/")) in UNITS:
-            return unit
+            return unit[:-1] + "L" if unit in ("ul", "ml", "l") else unit
         _, mark, rest = rest.partition("_")
     return ""
 

@@ -13,6 +13,7 @@ from labrun.schemas.quantity import (
     magnitude_in,
     parse_quantity,
     plainly,
+    quantity_text,
     registry,
     seconds,
     unit_of,
@@ -86,3 +87,8 @@ def test_no_unit_is_told_as_defined_again(caplog):
 
     assert made.Quantity(1, "slm").check("[length]**3 / [time]")
     assert caplog.records == []
+
+
+@pytest.mark.parametrize("text", ["2 mL", "5 µL", "3 L", "0.1 mol/L", "20 mL/min"])
+def test_a_litre_is_written_with_the_letter_that_nobody_takes_for_a_one(text):
+    assert quantity_text(parse_quantity(text.replace("L", "l"))) == text

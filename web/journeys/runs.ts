@@ -191,7 +191,7 @@ describe('a person and a live run', () => {
     expect(await page.getByRole('button', { name: 'Abort' }).isVisible()).toBe(true)
 
     const end = page.getByRole('region', { name: 'How it ended' })
-    await aborted(page, end.getByText('The run aborted'))
+    await aborted(page, end.getByText('The run was aborted'))
     await picture(page, 'run-aborted')
 
     await end.getByRole('button', { name: 'Resume', exact: true }).click()
@@ -205,7 +205,7 @@ describe('a person and a live run', () => {
     await picture(page, 'run-resume')
     await dialog.getByRole('button', { name: 'Resume the run' }).click()
     await page.getByText('resumed 1×').first().waitFor()
-    await aborted(page, end.getByText('The run aborted'))
+    await aborted(page, end.getByText('The run was aborted'))
 
     expect(faults).toEqual([])
     await leave(person)
@@ -277,8 +277,8 @@ describe('a person and a live run', () => {
     await bo.page.getByRole('button', { name: 'Abort the run' }).click()
     await bo.page.getByText('Ada has control of the bench').waitFor()
     await picture(bo.page, 'run-two')
-    await aborted(ada.page, ada.page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted'))
-    await bo.page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted').waitFor()
+    await aborted(ada.page, ada.page.getByRole('region', { name: 'How it ended' }).getByText('The run was aborted'))
+    await bo.page.getByRole('region', { name: 'How it ended' }).getByText('The run was aborted').waitFor()
 
     expect([...ada.faults, ...bo.faults]).toEqual([])
     await leave(bo)

@@ -58,7 +58,7 @@ it('a server that is killed mid-run leaves the run going, and the page finds it 
   expect(told.done).toBeGreaterThan(9)
 
   await picture(page, 'run-server-back')
-  await aborted(page, page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted'))
+  await aborted(page, page.getByRole('region', { name: 'How it ended' }).getByText('The run was aborted'))
 
   expect(faults).toEqual([])
   await context.close()
@@ -81,7 +81,7 @@ it('an engine that is killed leaves an interrupted run, which is resumed from th
   await end.getByRole('button', { name: 'Resume', exact: true }).click()
   await page.getByRole('button', { name: 'Resume the run' }).click()
   await page.getByText('resumed 1×').first().waitFor()
-  await aborted(page, end.getByText('The run aborted'))
+  await aborted(page, end.getByText('The run was aborted'))
 
   expect((await ask<{ resumes: number }>(bench, `/runs/${id}`)).resumes).toBe(1)
   expect(faults).toEqual([])

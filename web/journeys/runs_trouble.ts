@@ -106,7 +106,7 @@ it('a run is started, paused and aborted by keyboard alone', { tags: ['soak'] },
   await page.keyboard.press('Enter')
   await tabTo(page, /^Abort the run$/)
   await page.keyboard.press('Enter')
-  await page.getByRole('region', { name: 'How it ended' }).getByText('The run aborted').waitFor()
+  await page.getByRole('region', { name: 'How it ended' }).getByText('The run was aborted').waitFor()
 
   expect(faults).toEqual([])
   await releaseControl(page)

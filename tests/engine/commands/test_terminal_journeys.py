@@ -250,7 +250,7 @@ def test_ctrl_c_in_a_run_leaves_what_it_cut_unfinished_and_a_resume_fires_nothin
     second = again.end()
 
     assert (status, word, plan, failed) == (130, "aborted", 6, 0)
-    assert measured + left == 6 and "run aborted: aborted by Ctrl-C" in terminal.screen
+    assert measured + left == 6 and "run aborted by Ctrl-C" in terminal.screen
     assert second == 0, again.screen
     assert bench.told() == ("succeeded", [6, 6, 0, 0])
     assert sorted(bench.fired()) == sorted(set(bench.fired())) and len(bench.fired()) == 6

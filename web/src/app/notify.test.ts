@@ -14,6 +14,8 @@ it('an end, a failure with its reason and a question are news, and nothing else 
   const news = [
     noticeOf(run({}), run({ live: false, fate: 'succeeded' })),
     noticeOf(run({}), run({ live: false, fate: 'failed', reason: 'no plasma' })),
+    noticeOf(run({}), run({ live: false, fate: 'aborted', reason: 'aborted by Ada' })),
+    noticeOf(run({}), run({ live: false, fate: 'aborted', reason: 'stopped at once by Ada' })),
     noticeOf(run({}), run({ questions: 1 })),
     noticeOf(run({}), run({ done: 4 } as Partial<RunSummary>)),
     noticeOf(undefined, run({ live: false, fate: 'failed' })),
@@ -22,6 +24,8 @@ it('an end, a failure with its reason and a question are news, and nothing else 
   expect(news).toEqual([
     { problem: false, text: '✓ scan is done' },
     { problem: true, text: 'scan failed: no plasma' },
+    { problem: true, text: 'scan aborted by Ada' },
+    { problem: true, text: 'scan aborted: stopped at once by Ada' },
     { problem: false, text: 'scan is waiting for you' },
     null,
     null,

@@ -3,6 +3,7 @@ import { onScopeDispose, watch } from 'vue'
 import { useRouter } from 'vue-router'
 import { useConnection } from '../api/updates/connection'
 import type { RunSummary } from '../api/types'
+import { endWords } from '../runs/status'
 import { useNotices } from './notices'
 import { usePreferences } from './preferences'
 import { useStop } from './stop'
@@ -13,7 +14,7 @@ export function noticeOf(before: RunSummary | undefined, now: RunSummary): { pro
   if (now.questions > before.questions) return { problem: false, text: `${now.protocol} is waiting for you` }
   if (!before.live || now.live) return null
   if (now.fate === 'succeeded') return { problem: false, text: `✓ ${now.protocol} is done` }
-  return { problem: true, text: `${now.protocol} ${now.fate}${now.reason ? `: ${now.reason}` : ''}` }
+  return { problem: true, text: `${now.protocol} ${endWords(now.fate, now.reason)}` }
 }
 
 type Reaches = Readonly<Record<string, string>>

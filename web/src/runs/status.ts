@@ -52,3 +52,8 @@ export function isOver(fate: Fate): boolean {
 export function canResume(fate: Fate): boolean {
   return fate === 'failed' || fate === 'aborted' || fate === 'interrupted'
 }
+
+/** What a run did, and why: one that was aborted says it in its reason. */
+export function endWords(fate: Fate, reason: string): string {
+  return reason.startsWith(`${fate} `) ? reason : [fate, reason].filter(Boolean).join(': ')
+}

@@ -9,7 +9,7 @@ export function valueWords(value: unknown, digits: (value: number) => string = f
   if (Array.isArray(value)) return value.length > 8 ? `${value.length} values` : value.map(words).join(', ')
   if (typeof value !== 'object') return String(value)
   const quantity: unknown = (value as Record<string, unknown>)['$quantity']
-  if (Array.isArray(quantity)) return `${words(quantity[0])} ${String(quantity[1])}`
+  if (Array.isArray(quantity)) return `${words(quantity[0])} ${String(quantity[1]).replaceAll(' / ', '/')}`
   if ('$moment' in value) return String(value.$moment)
   return Object.entries(value).map(([name, one]) => `${name} ${words(one)}`).join(', ')
 }
