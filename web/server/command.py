@@ -9,12 +9,15 @@ import typer
 
 from ...engine.commands.options import fail, failing_on, usable_lab
 from ...engine.exit_status import NOT_REACHED
-from ..local.options import Folder, Host, Lab, Port, Runs, TokenFile, protocol_folder
+from ..local.options import Folder, Host, Lab, Runs, TokenFile, protocol_folder
 
 if TYPE_CHECKING:
     from ..app_state.state import Options
 
 PORT = 8321
+NEXT = 20
+"""So many ports from the first one are looked at."""
+ANSWERS_S = 2.0
 
 Token = Annotated[
     str | None,
@@ -43,11 +46,18 @@ CheckTimeout = Annotated[
     ),
 ]
 NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")]
+FirstFree = Annotated[
+    int | None,
+    typer.Option(
+        "--port", min=0, max=65535, show_default=f"{PORT}, or the next free one",
+        help="0 picks a free port.",
+    ),
+]  # fmt: skip
 
 
 def web(
     folder: Folder = None,
-    port: Port = PORT,
+    port: FirstFree = None,
     host: Host = "127.0.0.1",
     token: Token = None,
     token_file: TokenFile = None,
@@ -82,17 +92,52 @@ def web(
 
 
 def _options(
-    protocols: Path, host: str, port: int, known: tuple[str | None, bool], lab: Path | None,
+    protocols: Path, host: str, port: int | None, known: tuple[str | None, bool], lab: Path | None,
     runs: Path | None, check_timeout_s: float, *, demo: bool = False,
 ) -> "Options":  # fmt: skip
     from ..app_state.state import Options
 
+    if port is None:
+        port = _next_free(host, protocols)
     return Options(
         protocols=protocols, runs=(runs or protocols / "runs").resolve(),
         lab=lab.resolve() if lab is not None else None,
         host=host, port=port, token=known[0], made_token=known[1], demo=demo,
         check_timeout_s=check_timeout_s,
     )  # fmt: skip
+
+
+def _next_free(host: str, protocols: Path) -> int:
+    """The first port that is free; ends the command where a page of the same folder is at one before it."""
+    from ...drivers.server.tokens import found, with_token
+    from .serving import free
+
+    for port in range(PORT, PORT + NEXT):
+        if free(host, port):
+            if port != PORT:
+                typer.echo(f"port {PORT} is in use; --port chooses another one")
+            return port
+        url = f"http://{host}:{port}"
+        if (token := found(url)) is not None and _folder_at(url, token) == str(protocols):
+            fail(
+                f"{protocols} has its page already: open {with_token(url, token)}, or start "
+                "another one with --port 0",
+                NOT_REACHED,
+            )
+    return PORT
+
+
+def _folder_at(url: str, token: str) -> str | None:
+    """The folder that the page at an address serves, as it says itself."""
+    import json
+    from urllib.request import ProxyHandler, Request, build_opener
+
+    asked = Request(f"{url}/api/v1/settings", headers={"Authorization": f"Bearer {token}"})
+    try:
+        with build_opener(ProxyHandler({})).open(asked, timeout=ANSWERS_S) as answer:
+            return json.load(answer)["about"]["protocols"]
+    except (OSError, ValueError, LookupError, TypeError):  # another program, or none that answers
+        return None
 
 
 def _serve(options: "Options", *, browser: bool) -> None:
