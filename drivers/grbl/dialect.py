@@ -4,7 +4,7 @@ import asyncio
 from abc import abstractmethod
 
 from ..driver import ActionFailed, GoalContext
-from ..motion.bench import LETTERS
+from ..motion.bench import LETTERS, Point
 from ..motion.faults import MotionFault
 from ..motion.jog_rules import JogRules
 from .settings import Settings
@@ -19,9 +19,12 @@ class GrblDialect(JogRules):
     """A gantry behind GRBL, over a serial port or through OpenBuilds CONTROL."""
 
     laser_mode = False
+    soft_ends: tuple[tuple[float, float], ...] = ()
+    """Of each axis, where the controller's own soft limits end within its travel."""
 
     def _learn(self, settings: Settings) -> None:
         """What its settings say beside the ranges."""
+        self.soft_ends = settings.ranges if settings.soft_off_both_ends else ()
         self.full_power, self.tolerance = settings.full_power, settings.tolerance
         self.laser_mode = settings.laser_mode
 
@@ -43,6 +46,13 @@ class GrblDialect(JogRules):
     def _move_line(self, end: dict[int, float], feed: float | None) -> str:
         words = "".join(f"{LETTERS[axis]}{value:.4f}" for axis, value in sorted(end.items()))
         return f"{MODES}G53G0{words}" if feed is None else f"{MODES}G53G1{words}F{feed:.3f}"
+
+    def _line_inside(self, machine: Point) -> str:
+        """grblHAL may have homed half a step outside its own soft limits: then no axis moves alone."""
+        ends = zip(machine, self.soft_ends, strict=False)
+        inside = {axis: min(max(at, low), high) for axis, (at, (low, high)) in enumerate(ends)}
+        out = {axis: value for axis, value in inside.items() if value != machine[axis]}
+        return self._move_line(out, None) if out else ""
 
     def _touch_line(self, axis: int, way: float, feed: float) -> str:
         return f"G21G91G94G38.3{LETTERS[axis]}{way:.4f}F{feed:.3f}"

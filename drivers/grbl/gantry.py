@@ -95,14 +95,14 @@ class Grbl(GrblDialect):
             raise self._ending(goal, "HomingFailed", "unknown") from None
 
     async def _step_inside(self) -> None:
-        """grblHAL may have homed half a step outside its own soft limits: then no axis moves alone."""
         c = self.controller
-        if c.settings.soft_off_both_ends and (place := (await c.look()).machine) is not None:
-            ends = dict(enumerate(c.settings.ranges))
-            inside = {a: min(max(place[a], low), high) for a, (low, high) in ends.items()}
-            if out := {a: v for a, v in inside.items() if v != place[a]}:
-                await c.ask(self._move_line(out, None))
-                await c.ask("G4P0")
+        machine = (await c.look()).machine if self.soft_ends else None
+        if machine is not None and (line := self._line_inside(machine)):
+            await c.ask(line)
+            await c.ask("G4P0")
+
+    async def _runs(self) -> bool:
+        return not self.controller.dead and (await self.controller.look()).state in ("Run", "Jog")
 
     async def _hold(self) -> None:
         if not self.controller.dead:

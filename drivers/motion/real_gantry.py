@@ -78,6 +78,10 @@ class RealGantry(AnyGantry):
     async def _resume(self) -> None:
         """Continue from a hold; raises MotionFault."""
 
+    async def _runs(self) -> bool:
+        """Whether it makes a move that can be held and is none of ours, or one that we lost sight of."""
+        return False
+
     @abstractmethod
     async def _stop(self) -> None:
         """Stop the axes, with nothing queued; raises MotionFault."""
@@ -166,7 +170,7 @@ class RealGantry(AnyGantry):
     async def hold(self, goal: GoalContext) -> dict[str, Any]:
         self._check_connected("hold")
         with self._telling("hold"):
-            if self._doing == "move":
+            if self._doing == "move" or (self._doing is None and await self._runs()):
                 await self._hold()
             elif self._doing is not None:  # homing, a jog, a touch cannot be gone on with: they end
                 self._stopped = True

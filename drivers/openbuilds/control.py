@@ -265,7 +265,7 @@ class Control:
             if self.view.run == "Alarm" and not self.view.alarm:
                 self.homed = False
                 return
-            said = self.view.alarm or "it did not report which"
+            said = self.view.alarm.rstrip(".") or "it did not report which"
             self._not_trusted(f"OpenBuilds CONTROL reports an error or alarm: {said}. Unlock it")
             self.proofs.fail(MotionFault(f"OpenBuilds CONTROL reports an error or alarm ({said})"))
             self._condition.set()

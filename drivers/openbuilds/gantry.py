@@ -101,11 +101,18 @@ class OpenBuilds(GrblDialect):
             await watch(control, answer, self._ended(goal), seconds=seconds, late=late)
             control.homed, control.alarm = True, ""
             control.unsettle()
-            await control.view_at_rest()
+            if line := self._line_inside((await control.view_at_rest()).machine):
+                await watch(control, await control.run(line), self._ended(goal))
+                control.unsettle()
+                await control.view_at_rest()
 
     async def _hold(self) -> None:
         # CONTROL's own pause is for jobs, and has no effect on a command.
-        await self._inject("!", lambda view: view.held or self._doing is None)
+        await self._inject("!", lambda view: view.held or (self._doing is None and view.still))
+
+    async def _runs(self) -> bool:
+        view = self.control.look()
+        return not (view.still or view.held)
 
     async def _resume(self) -> None:
         if self.control.look().run.startswith(("Hold", "Door", "Paused")):
@@ -154,18 +161,17 @@ class OpenBuilds(GrblDialect):
     async def _ask_settings(self) -> None:
         """Stop a move that an earlier server began: `$$` would wait behind it.
 
-        A board that still boots loses what it is sent, and CONTROL goes on waiting for its `ok`.
+        A board that still boots loses what it is sent, and CONTROL goes on waiting for its `ok`; since
+        an alarm it sends nothing.
         """
         for left in reversed(range(SETTINGS_TRIES)):
             try:
                 return await self.control.ask("$$", SETTINGS_S)
-            except Restarted:  # opening the port, or the halt of that move, has booted it
-                if not left:
+            except MotionFault as fault:
+                if not left or isinstance(fault, Lost):
                     raise
-            except Silent:
-                if not left:
-                    raise
-                await self._empty_the_queue()
+                if not isinstance(fault, Restarted):  # that is what opening the port does
+                    await self._empty_the_queue()
         return None
 
     async def _ask_configuration(self) -> str:
@@ -360,4 +366,4 @@ class OpenBuilds(GrblDialect):
         if control.view.run.startswith(("Hold", "Door", "Paused")):
             return "hold"
         # Idle is reported while it still moves: what we have begun and not seen ended is moving.
-        return "moving" if self._doing or control.view.run in ("Run", "Jog", "Running") else "idle"
+        return "moving" if self._doing or not control.view.still else "idle"

@@ -40,6 +40,11 @@ class View:
         """Whether a feed hold is complete, or CONTROL reports that it is paused."""
         return self.run in ("Hold", "Hold:0", "Paused")
 
+    @property
+    def still(self) -> bool:
+        """Whether it is reported neither as moving nor on its way to a hold."""
+        return not self.run.startswith(("Run", "Jog", "Hold"))
+
 
 def read_view(status: Any) -> View | None:
     """From the event's payload; None if it has another structure."""

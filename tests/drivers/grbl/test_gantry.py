@@ -314,6 +314,26 @@ def test_hold_and_resume(peers, gantry, played):
     assert place["x"] == pytest.approx(100, abs=0.005)
 
 
+def test_a_move_of_another_program_is_held_and_gone_on_with(peers, gantry, played):
+    peer = peers(homing_s=0.1)
+
+    async def story(driver):
+        driver.controller.write(b"G53G1X-700F600\n")
+        while (await driver.status())["state"] != "moving":  # noqa: ASYNC110 - it has to be asked
+            await asyncio.sleep(0.02)
+        await driver.hold(GoalContext("h"))
+        held = await driver.status()
+        await driver.resume(GoalContext("r"))
+        resumed = await driver.status()
+        await driver.halt(GoalContext("end"))
+        return held, resumed
+
+    held, resumed = played(gantry(peer), story)
+
+    assert (held["state"], held["feed"]) == ("hold", 0)
+    assert resumed["state"] == "moving"
+
+
 def test_a_hold_where_nothing_moves_is_not_kept_for_the_next_move(peer, gantry, played):
     async def story(driver):
         await driver.hold(GoalContext("h"))

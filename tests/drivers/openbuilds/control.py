@@ -28,6 +28,7 @@ class Control:
         self.port = port
         self.heard = []
         self.connection = 0
+        self.alarm = ""  # kept until it is cleared, whoever connects meanwhile
         self.run = "Pending"
         self.work = dict.fromkeys("xyz", 0.0)
         self.offset = dict.fromkeys("xyz", 0.0)
@@ -95,7 +96,7 @@ class Control:
                 "runStatus": self.run,
                 "queue": len(self.queue),
                 "interfaces": {"ports": [], "activePort": self.active, "activeBaud": 115200},
-                "alarm": "",
+                "alarm": self.alarm,
             },
         }
 
@@ -148,10 +149,11 @@ class Control:
             self._write(b"!")
         await asyncio.sleep(0.2)
         self._write(b"\x18")
-        self.connection, self.run = 2, "Stopped"
+        self.connection, self.run, self.alarm = 2, "Stopped", ""
 
     async def _clearAlarm(self, _, data):  # noqa: N802
         self.heard.append(("clearAlarm", data))
+        self.alarm = ""
         if data == 2:
             self.queue.clear()
             self.sent = None
@@ -234,7 +236,7 @@ class Control:
         elif self.sent == "$CD":
             self.configuration.append(text)
         elif found := re.fullmatch(r"ALARM:(\d+)", text):
-            self.connection = 5
+            self.connection, self.alarm = 5, f"{found[1]} - in words."
             if found[1] != "5":
                 self._emit("toastErrorAlarm", f"ALARM: {found[1]} - in words [ {self.sent} ]")
 

@@ -1,6 +1,7 @@
 """The driver on OpenBuilds CONTROL: the tagged proof, and every trap that was measured."""
 
 import asyncio
+import contextlib
 import math
 import time
 
@@ -9,6 +10,7 @@ import pytest
 from labrun.drivers.driver import ActionCanceled, ActionFailed, GoalContext
 from labrun.drivers.find import check_driver
 from labrun.drivers.grbl.faults import GrblRefused
+from labrun.drivers.motion.faults import MotionFault
 from labrun.drivers.openbuilds.gantry import OpenBuilds
 from labrun.schemas.contracts import shipped_contracts
 
@@ -232,6 +234,35 @@ def test_an_alarm_that_is_told_by_nothing_but_the_connection_status_is_seen(peer
     assert "reports an error or alarm" in status["alarm"]
 
 
+@pytest.mark.soak
+def test_a_server_that_starts_after_an_alarm_tells_it_and_ends_it(peers, program, gantry):
+    peer = peers(settings={20: 1})
+
+    async def story():
+        async with program(peer) as control:
+            first = gantry(control.url, peer.path)
+            await first.open()
+            await first.home(GoalContext("home"))
+            with contextlib.suppress(MotionFault):
+                await (await first.control.run("G53G0X5000"))
+            await first.close()
+            second = gantry(control.url, peer.path)
+            await second.open()
+            try:
+                left = await second.status()
+                await second.unlock(GoalContext("u"))
+                await second.home(GoalContext("h"))
+                return left, await second.move_to(GoalContext("m"), x=3)
+            finally:
+                await second.close()
+
+    left, place = asyncio.run(story())
+
+    assert (left["state"], left["homed"]) == ("alarm", False)
+    assert "reports an error or alarm: 2 - in words. Unlock it" in left["alarm"]
+    assert place["x"] == pytest.approx(3, abs=0.005)
+
+
 def test_an_error_stops_the_queue_and_unlock_clears_it(peer, played):
     async def story(driver, control):
         control.queue.append("G41")
@@ -317,6 +348,35 @@ def test_hold_and_resume_work_though_the_programs_own_pause_does_not(peers, play
 
     assert held["state"] == "hold"
     assert place["x"] == pytest.approx(100, abs=0.005)
+
+
+@pytest.mark.soak
+def test_a_move_that_was_lost_sight_of_is_held_and_gone_on_with(peers, played):
+    peer = peers(homing_s=0.1)
+
+    async def story(driver, control):
+        ended = await driver.control.run("G53G1X-700F600")
+        await until(driver, lambda s: s["state"] == "moving" and s["x"] > 0)
+        await driver.hold(GoalContext("h"))
+        held, stands = await driver.status(), peer.move is None
+        await driver.resume(GoalContext("r"))
+        await until(driver, lambda s: s["state"] == "moving")
+        await driver.halt(GoalContext("end"))
+        return held, stands, ended.done()
+
+    held, stands, ended = played(peer, story)
+
+    assert held["state"] == "hold" and stands and not ended
+
+
+@pytest.mark.soak
+def test_an_axis_of_grblhal_moves_alone_from_where_it_has_homed(peers, played):
+    async def story(driver, control):
+        return await driver.move_to(GoalContext("z"), z=0.0)
+
+    place = played(peers(hal=True, settings={20: 1}), story)
+
+    assert (place["x"], place["y"], place["z"]) == pytest.approx((0.0, 0.0, 0.0), abs=0.006)
 
 
 def test_a_work_zero_is_set_and_gone_to(peer, played):
