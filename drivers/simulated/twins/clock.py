@@ -5,6 +5,9 @@ import asyncio
 from ....system.tasks import in_time
 
 TICKS_S = {"real": 0.05, "fast": float("inf"), "rehearsal": 1.0}
+SHORTEST_S = 1e-6
+"""No sleep is shorter: within a clock's own rounding no time would pass on one that leaps, and what is
+left of an action would be slept for again and again."""
 
 
 class Clock:
@@ -33,11 +36,13 @@ class Clock:
 
     async def sleep(self, seconds: float) -> None:
         """Let this many seconds pass."""
+        seconds = max(SHORTEST_S, seconds)
         await asyncio.sleep(0 if self.fast else seconds * self.slower / self.speed)
         self.elapsed_s += seconds
 
     async def sleep_unless(self, stop: asyncio.Event, seconds: float) -> bool:
         """Let this many seconds pass, or fewer when `stop` is set meanwhile; whether it was."""
+        seconds = max(SHORTEST_S, seconds)
         if self.fast:
             await asyncio.sleep(0)
         else:

@@ -5,6 +5,7 @@ import asyncio
 import pytest
 
 from labrun.drivers.simulated.twins.clock import Clock
+from labrun.engine.run.virtual_time import VirtualLoop
 
 
 def test_the_fast_clock_counts_an_hour_and_lets_others_have_their_turn():
@@ -47,6 +48,18 @@ def test_a_sleep_ends_when_it_is_told_to(kind):
         return slept, await clock.sleep_unless(stop, 3600)
 
     assert asyncio.run(play()) == (False, True)
+
+
+@pytest.mark.parametrize("kind", ["fast", "rehearsal"])
+def test_a_sleep_takes_time_though_it_is_shorter_than_the_clock_can_tell(kind):
+    async def play():
+        clock = Clock(kind)
+        await clock.sleep(40_000)
+        await clock.sleep_unless(asyncio.Event(), 1e-12)
+        return clock.now_s()
+
+    with asyncio.Runner(loop_factory=VirtualLoop) as runner:
+        assert runner.run(play()) > 40_000
 
 
 def test_there_is_no_third_clock():
