@@ -120,6 +120,7 @@ KINDS = {
     "string": lambda value: isinstance(value, str),
     "boolean": lambda value: isinstance(value, bool),
     "object": lambda value: isinstance(value, dict),
+    "array": lambda value: isinstance(value, list),
 }
 RULES = {
     "type": lambda value, wanted, _: isinstance(wanted, str) and KINDS.get(wanted, _never)(value),
@@ -128,6 +129,12 @@ RULES = {
     "exclusiveMinimum": lambda value, least, _: is_number(value) and value > least,
     "exclusiveMaximum": lambda value, most, _: is_number(value) and value < most,
     "enum": lambda value, known, _: isinstance(value, str) and value in known,
+    "pattern": lambda value, wanted, _: (
+        isinstance(value, str) and regular_expression(wanted).search(value) is not None
+    ),
+    "items": lambda value, each, _: (
+        isinstance(value, list) and all(plainly_right(each, item) for item in value)
+    ),
     "required": lambda value, names, _: isinstance(value, dict) and value.keys() >= {*names},
     "minProperties": lambda value, least, _: isinstance(value, dict) and len(value) >= least,
     "properties": lambda value, known, _: (

@@ -41,10 +41,14 @@ def test_a_validator_agrees_with_jsonschema_on_every_shipped_schema(schema, valu
             "required": st.lists(st.sampled_from("abc"), max_size=2, unique=True),
             "properties": st.dictionaries(st.sampled_from("abc"), st.booleans(), max_size=2),
             "additionalProperties": st.one_of(st.booleans(), st.just({"type": "string"})),
+            "items": st.sampled_from([True, {}, {"type": "string"}, {"minimum": 0}]),
             "pattern": st.just("^a"), "not": st.just({"type": "number"}),
         },
     ),
-    st.one_of(VALUES, st.dictionaries(st.sampled_from("abcd"), VALUES, max_size=3)),
+    st.one_of(
+        VALUES, st.lists(VALUES, max_size=2),
+        st.dictionaries(st.sampled_from("abcd"), VALUES, max_size=3),
+    ),
 )  # fmt: skip
 def test_what_is_plainly_right_is_right(schema, value):
     if plainly_right(schema, value):
@@ -56,6 +60,7 @@ def test_what_is_plainly_right_is_right(schema, value):
     [
         ({"type": "number", "minimum": 0, "unit": "mm"}, 3),
         ({"type": "string", "enum": ["a", "b"]}, "b"),
+        ({"type": "array", "items": {"type": "string", "pattern": "^[A-Z]"}}, ["Li", "K"]),
         ({"type": "object", "properties": {"x": {"type": "number"}}, "required": ["x"]}, {"x": 1}),
     ],
 )
