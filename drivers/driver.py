@@ -14,6 +14,8 @@ from ..system.extras import missing
 if TYPE_CHECKING:
     from pydantic import ValidationError
 
+    from .world import World
+
 
 class ActionFailed(Exception):
     """The action ended with an error of its contract: raised by drivers, reported to the engine.
@@ -64,7 +66,7 @@ class Place:
     config: dict[str, Any]
     limits: dict[str, tuple[float | None, float | None]]
     folder: Path
-    world: Path
+    world: "Path | World"
     contract: Contract | None = None
 
 

@@ -2,14 +2,16 @@
 
 Each twin runs in a process of its own, so what one does to the others (where the gantry stands,
 what the pipette let fall on the balance) is a small file that is replaced whole. What a twin
-really did is also appended to a log of its own, which no engine and no server can write to.
+really did is also appended to a log of its own, which no engine and no server can write to. In a
+rehearsal all of them are in one process, and nothing of it is written.
 """
 
 import json
 import os
 import time
 from array import array
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from copy import deepcopy
 from datetime import UTC, datetime
 from io import FileIO
 from pathlib import Path
@@ -26,6 +28,11 @@ class World:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         (folder / "truth").mkdir(parents=True, exist_ok=True)
+
+    @classmethod
+    def at(cls, place: "Path | World") -> "World":
+        """The bench of this folder, or the one that all twins of a rehearsal have been given."""
+        return place if isinstance(place, World) else cls(place)
 
     def publish(self, name: str, state: dict[str, Any]) -> None:
         """Publish the state of `name` to all processes; readers see the old or the new one, complete."""
@@ -45,6 +52,10 @@ class World:
     def truth(self, device: str) -> "Truth":
         """The log of what this device really did."""
         return Truth(self.folder / "truth" / f"{device}.jsonl")
+
+    def content(self, make: Callable[[], bytes]) -> bytes:
+        """The content of a file that a twin sends."""
+        return make()
 
 
 class Truth:
@@ -110,3 +121,59 @@ class Truth:
             for line in lines:
                 if line.endswith(b"\n"):
                     yield json.loads(line)
+
+
+class WorldInMemory(World):
+    """The bench of a rehearsal; what a file holds is computed where something reads it."""
+
+    def __init__(self) -> None:
+        self._published: dict[str, dict[str, Any]] = {}
+        self._truths: dict[str, TruthInMemory] = {}
+        self._unmade: dict[bytes, Callable[[], bytes]] = {}
+
+    def publish(self, name: str, state: dict[str, Any]) -> None:
+        self._published[name] = deepcopy(state)
+
+    def look(self, name: str) -> dict[str, Any] | None:
+        return deepcopy(self._published.get(name))
+
+    def truth(self, device: str) -> "TruthInMemory":
+        return self._truths.setdefault(device, TruthInMemory(Path(f"{device}.jsonl")))
+
+    def content(self, make: Callable[[], bytes]) -> bytes:
+        unmade = f"unmade {len(self._unmade) + 1}".encode()
+        self._unmade[unmade] = make
+        return unmade
+
+    def is_made(self, content: bytes) -> bool:
+        """Whether this is what a file holds, and does not only stand for it."""
+        return content not in self._unmade
+
+    def made(self, content: bytes) -> bytes:
+        """What a file holds."""
+        return content if self.is_made(content) else self._unmade[content]()
+
+
+class TruthInMemory(Truth):
+    """The log of one device in a rehearsal."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self._entries: list[dict[str, Any]] = []
+
+    def open(self) -> None:
+        pass
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def append(self, what: str, **facts: Any) -> dict[str, Any]:
+        at = datetime.now(UTC).isoformat(timespec="milliseconds")
+        self._entries.append({"n": len(self) + 1, "at": at, "what": what, **deepcopy(facts)})
+        return self._entries[-1]
+
+    def entry(self, n: int) -> dict[str, Any] | None:
+        return deepcopy(self._entries[n - 1]) if 1 <= n <= len(self) else None
+
+    def entries(self) -> Iterator[dict[str, Any]]:
+        return iter(self._entries)

@@ -25,7 +25,7 @@ class StatusWatch:
         self, driver: Driver, tell: Callable[[dict[str, Any]], None],
         every_s: float | None = EVERY_S,
     ) -> None:  # fmt: skip
-        """`every_s`: None, if nothing but a change is to be told."""
+        """`every_s`: None, if nobody listens."""
         self.every_s = every_s
         self.latest: dict[str, Any] = {}
         self._driver = driver
@@ -35,9 +35,10 @@ class StatusWatch:
         self._task: asyncio.Task[None] | None = None
 
     async def open(self) -> None:
-        """Query for the first time, and keep querying."""
+        """Query for the first time, and keep querying where anybody listens."""
         await self._ask()
-        self._task = keep(f"status of {type(self._driver).__name__}", self._watch)
+        if self.every_s is not None:
+            self._task = keep(f"status of {type(self._driver).__name__}", self._watch)
 
     async def close(self) -> None:
         """Stop querying."""

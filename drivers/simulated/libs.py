@@ -93,7 +93,8 @@ class SimLibs(Twin):
             raise ActionFailed("UnknownShot", self.lacking or f"the analyser has no shot {shot!r}")
         await self.clock.sleep(EXPORT_S)
         with self.failing("export", goal):
-            data = self.shots.csv(kept)
+            shots = self.shots
+            data = self.world.content(lambda: shots.csv(kept))
             goal.files["file"] = sent = FileContent.of(file, data)
         return {"file": file, "sha256": sent.sha256}
 

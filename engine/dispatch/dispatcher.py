@@ -139,7 +139,7 @@ class Dispatcher:
         return {d: (c.boot, c.epoch(d)) for d, c in self.clients.items() if d in self._lasting}
 
     def _told(self) -> None:
-        if self.run.watches:
+        if self.run.watches_changes:
             self.wake.set()
 
     # --- stops by others

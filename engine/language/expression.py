@@ -119,6 +119,14 @@ def step_of(node: ast.expr) -> str | None:
     return node.slice.value if isinstance(node.slice, ast.Constant) else None  # type: ignore
 
 
+def told_steps(expression: Expression) -> set[str | None]:
+    """The steps of which an expression reads anything; None among them where it may be any."""
+    nodes = list(ast.walk(expression.tree))
+    steps = [node for node in nodes if isinstance(node, ast.Name) and node.id == "steps"]
+    within = [n for n in nodes if isinstance(n, ast.Attribute | ast.Subscript) and n.value in steps]
+    return {*map(step_of, within), *([None] if len(within) < len(steps) else [])}
+
+
 def timed_steps(expression: Expression) -> set[str]:
     """The steps of which an expression asks when they began, or how long they took."""
     return {

@@ -3,6 +3,7 @@
 import asyncio
 import math
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,12 @@ from ...drivers.server.ledger import Ledger
 from ...drivers.server.status import EVERY_S
 from ...drivers.simulated.twins.faults import Faults, chance
 from ...drivers.simulated.twins.twin import Twin
+from ...drivers.world import WorldInMemory
 from ...schemas.contract import Contract
 from ...schemas.messages import ENDED, Goal, GoalError, GoalReport, GoalState, LeaseRequest
 from ...system.tasks import end, spawn
 from ..run.virtual_time import VirtualLoop
+from .twin_choice import files_made, repeating
 
 LEASE_S = 3600.0
 HANGS_S = 24 * 3600.0
@@ -65,10 +68,16 @@ class RehearsedDevice:
 
     def __init__(
         self, place: Place, driver: type[Driver], contract: Contract, faults: Faults,
-        trouble: Trouble, *, is_read: bool = True,
+        trouble: Trouble, *, is_read: bool, repeats: bool,
     ) -> None:  # fmt: skip
-        """`is_read`: whether anything in the protocol reads its status; if not, only changes are told."""
-        self.url = "rehearsal"
+        """`is_read`: whether anything in the protocol reads its status; if not, it is asked once.
+
+        `repeats`: whether it may give the answer to a goal to others of its kind: nothing reads it.
+        """
+        assert isinstance(place.world, WorldInMemory)
+        self.url, self._world, self._repeats = "rehearsal", place.world, repeats
+        if repeats:
+            driver = repeating(driver, contract, place.world)
         self._trouble = trouble
         self._given_up: dict[str, asyncio.Event] = {}
         self.contract = contract
@@ -102,7 +111,8 @@ class RehearsedDevice:
         """Close the driver; leaves no task."""
         await end(self._renewing)
         self._served.lease.close()
-        await self._served.close()
+        with self._real_time():
+            await self._served.close()
         self._ledger.close()
 
     async def take_lease(self, device: str, owner: str) -> int:
@@ -164,12 +174,21 @@ class RehearsedDevice:
             del self._given_up[goal.id]
         return Outcome("CANCELED", boot=self.boot)
 
+    def _real_time(self) -> AbstractContextManager[None]:
+        """Where a thread of its driver computes, no virtual time passes."""
+        loop = asyncio.get_running_loop()
+        if isinstance(self._driver, Twin) or not isinstance(loop, VirtualLoop):
+            return nullcontext()
+        return loop.held()
+
     async def _follow(self, goal: Goal, on_report: Callable[[GoalReport], None]) -> Outcome:
         fault = None if isinstance(self._driver, Twin) else self.faults.drawn(goal.action, goal.id)
         if fault is not None and not fault.after:
             return self._failed(goal, fault)
         end: asyncio.Future[GoalReport] = asyncio.get_running_loop().create_future()
         self._followed[goal.id] = (end, on_report)
+        if goal.files and not self._repeats:
+            goal = goal.model_copy(update={"files": files_made(self._world, goal.files)})
         try:
             await self._served.accept(goal, self._owner, self._served.stops)
             outcome = outcome_of(await self._ended(goal, end))
@@ -180,14 +199,17 @@ class RehearsedDevice:
         return outcome if fault is None else self._failed(goal, fault)
 
     async def _ended(self, goal: Goal, end: asyncio.Future[GoalReport]) -> GoalReport:
-        loop = asyncio.get_running_loop()
-        if not isinstance(self._driver, Twin) and isinstance(loop, VirtualLoop):
-            # Real computing takes no virtual time: the contract gives its duration.
-            typical_s = self.contract.actions[goal.action].typical_s(goal.params) or 0.0
-            await asyncio.wait({end}, timeout=typical_s)
-            with loop.held():
-                return await end
-        return await end
+        if isinstance(self._driver, Twin):
+            return await end
+        # Real computing takes no virtual time: the contract gives its duration.
+        typical_s = self.contract.actions[goal.action].typical_s(goal.params) or 0.0
+        over = asyncio.get_running_loop().time() + typical_s
+        await asyncio.wait({end}, timeout=typical_s)
+        with self._real_time():
+            report = await end
+        if self._repeats and report.state == "SUCCEEDED":
+            await asyncio.sleep(over - asyncio.get_running_loop().time())
+        return report
 
     async def cancel(self, goal_id: str) -> None:
         """Cancel a goal."""

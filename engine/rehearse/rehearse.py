@@ -14,14 +14,15 @@ from ...drivers.driver import Place
 from ...drivers.server.arguments import read_limits
 from ...drivers.simulated.twins.faults import Faults
 from ...drivers.simulated.twins.twin import Twin
-from ...drivers.world import World
+from ...drivers.world import World, WorldInMemory
 from ...schemas import journal as j
+from ...schemas import protocol as p
 from ...schemas.contract import RESERVED_ERRORS
 from ...schemas.event import Event
 from ..check import Checked
 from ..journal.gantt import Gantt
 from ..journal.journal import Journal, R
-from ..language.expression import told_roles
+from ..language.expression import told_roles, told_steps
 from ..language.suggest import listed
 from ..language.value import Value
 from ..run.clock import RunClock
@@ -33,7 +34,7 @@ from ..runner.session import RunSession
 from ..survey.survey import Survey
 from .client import RehearsedDevice, Trouble
 from .totals import Counting, Totals
-from .twin_choice import player
+from .twin_choice import may_repeat, player
 
 IN_MEMORY = "/dev/shm" if Path("/dev/shm").is_dir() else None
 """What a rehearsal writes is read again within seconds and then thrown away."""
@@ -86,7 +87,8 @@ class Rehearsal:
         )
         run.call, run.turns_at_most = call_at_once, self.turns
         run.questions.person = lambda question: question.choices[0]
-        devices = self._devices(folder, counting.totals.players)
+        world = WorldInMemory()
+        devices = self._devices(folder, world, counting.totals.players)
         session = RunSession(run, checked, devices)
         run.questions.changed = session.dispatcher.wake.set
         pauses: list[str] = []
@@ -114,13 +116,15 @@ class Rehearsal:
         totals = counting.close(clock(), finished)
         wanted = (f"{device}.{one}" for device, each in self.faults.items() for one in each)
         totals.unreached = [label for label in wanted if label not in totals.actions]
-        totals.path_mm = path_lengths(World(folder), list(devices))
+        totals.path_mm = path_lengths(world, list(devices))
         return totals
 
-    def _devices(self, folder: Path, players: dict[str, str]) -> dict[str, RehearsedDevice]:
+    def _devices(
+        self, folder: Path, world: World, players: dict[str, str]
+    ) -> dict[str, RehearsedDevice]:
         lab = self.checked.lab
         assert lab is not None and self.checked.survey is not None
-        told = devices_read(self.checked.survey)
+        told, heard = devices_read(self.checked.survey), devices_heard(self.checked.survey)
         made: dict[str, RehearsedDevice] = {}
         for name in sorted({role.device for role in self.checked.roles.values()}):
             contract = lab.contracts[lab.lab.devices[name].contract]
@@ -136,12 +140,13 @@ class Rehearsal:
                 limits = lab.lab.devices[name].limits.items()
                 place = Place(
                     name, config, read_limits({k: v.model_dump() for k, v in limits}, contract),
-                    folder, folder, contract,
+                    folder, world, contract,
                 )  # fmt: skip
                 trouble = Trouble(reserved, self.seed or 1)
                 made[name] = RehearsedDevice(
-                    place, driver, contract, faults, trouble, is_read=name in told
-                )
+                    place, driver, contract, faults, trouble, is_read=name in told,
+                    repeats=name not in heard and may_repeat(players[name], contract),
+                )  # fmt: skip
             except ValueError as fault:
                 any_of = f"; any action may end with {listed(RESERVED_ERRORS)}"
                 raise NoRehearsal(f"{name}: {fault}{any_of * bool(ordered)}") from fault
@@ -159,6 +164,21 @@ def devices_read(survey: Survey) -> set[str]:
     asked = (one for value in values for one in value.expressions())
     found = {survey.roles[role].device for one in asked for role in told_roles(one, survey.roles)}
     return found.union(*(devices_read(used.survey) for used in survey.used.values()))
+
+
+def devices_heard(survey: Survey) -> set[str]:
+    """The devices whose answers are read, other than into a table; all, where it may be any's."""
+    values = (s.value for s in survey.spots if s.use != "collect" and isinstance(s.value, Value))
+    read = {id_ for value in values for one in value.expressions() for id_ in told_steps(one)}
+    by_id = {at.step.id: at.step for at in survey.steps if at.step.id is not None}
+    found: set[str] = set()
+    for id_ in read:
+        step = by_id.get(id_ or "")
+        if isinstance(step, p.Do) and not step.fallback and (known := survey.action(step)):
+            found.add(known[0].device)
+        elif not isinstance(step, p.LoopBase | p.Use) or step.fallback:
+            found.update(role.device for role in survey.roles.values())
+    return found.union(*(devices_heard(used.survey) for used in survey.used.values()))
 
 
 def apart(faults: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, float]]]:

@@ -84,8 +84,8 @@ class Run:
     asks_clocks: bool = False
     """Whether any expression of its protocols asks a clock."""
 
-    watches: bool = False
-    """Whether any of its steps is watched."""
+    watches_changes: bool = False
+    """Whether any of its steps is watched on change, and not only every so often."""
     told: Callable[[str], Any] = lambda role: None
     """What the device of a role has told of itself, with units."""
     notify: Callable[[str, str], None] = lambda text, picture: None

@@ -373,7 +373,7 @@ class TreeCompiler:
             then=then,
             scope=scope,
         )
-        self.run.watches = True
+        self.run.watches_changes |= watch.every is None
         return Watcher(self.run, self.dispatcher, plan)
 
     def _if(self, step: p.If, place: Place) -> Behaviour:

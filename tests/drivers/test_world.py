@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from labrun.drivers.world import World
+from labrun.drivers.world import World, WorldInMemory
 
 
 def test_nobody_has_published_anything_yet(tmp_path):
@@ -36,8 +36,9 @@ for n in range(3000):
     assert len(seen) > 1
 
 
-def test_the_log_numbers_its_lines_and_finds_them_again(tmp_path):
-    truth = World(tmp_path).truth("libs")
+@pytest.mark.parametrize("in_memory", [False, True])
+def test_the_log_numbers_its_lines_and_finds_them_again(tmp_path, in_memory):
+    truth = (WorldInMemory() if in_memory else World(tmp_path)).truth("libs")
     truth.open()
     truth.append("shot", goal="a", x=1.5)
     truth.append("shot", goal="ä", x=2.5)

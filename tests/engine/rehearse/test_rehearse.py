@@ -1,17 +1,25 @@
 """A rehearsal predicts a run: how long, how far, how often, and what would go wrong."""
 
+import asyncio
+import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from labrun.drivers import reducer
+from labrun.drivers.driver import Driver, GoalContext, Place
+from labrun.drivers.world import WorldInMemory
 from labrun.engine.check import check_file
 from labrun.engine.commands.options import WrongUsage
 from labrun.engine.commands.rehearse import looked_at, ordered
 from labrun.engine.journal.gantt import Gantt
 from labrun.engine.lab.lab import load_lab
 from labrun.engine.rehearse import twin_choice
-from labrun.engine.rehearse.rehearse import NoRehearsal, Rehearsal, devices_read
+from labrun.engine.rehearse.rehearse import NoRehearsal, Rehearsal, devices_heard, devices_read
 from labrun.engine.rehearse.table import duration, gantt, lines
+from labrun.schemas.contracts import shipped_contracts
+from labrun.schemas.messages import FileContent
 
 SHIPPED = Path(__file__).parents[3] / "protocols"
 HEAD = "labrun: 1\nname: r\ndevices: {gantry: gantry@1, libs: libs_analyzer@1}\n"
@@ -303,6 +311,60 @@ def test_only_devices_whose_status_is_read_are_looked_at(tmp_path, read, devices
     checked = check_file(tmp_path / "r.yaml")
     assert checked.survey is not None
     assert devices_read(checked.survey) == devices
+
+
+@pytest.mark.parametrize(
+    ("more", "heard"),
+    [
+        ("", set()),
+        ("outputs: {li: '${{ steps.all.total }}'}", set()),
+        ("outputs: {li: '${{ steps.one.areas.Li }}'}", {"reduce"}),
+        ("outputs: {li: '${{ steps[\"one\"] }}', shot: '${{ steps.shoot.shot_id }}'}", {"libs", "reduce"}),
+        ("outputs: {li: '${{ steps.some.areas.Li }}'}", {"gantry", "libs", "reduce"}),
+        ("outputs: {li: '${{ steps }}'}", {"gantry", "libs", "reduce"}),
+    ],
+)  # fmt: skip
+def test_an_answer_that_only_fills_a_table_decides_nothing(tmp_path, more, heard):
+    (tmp_path / "r.yaml").write_text(
+        HEAD.replace("libs:", "reduce: spectrum_reducer@1, libs:")
+        + "steps:\n  - {id: shoot, do: libs.measure}\n  - id: all\n    repeat: 2\n"
+        "    steps: [{id: one, do: reduce.reduce, with: {spectrum: s.csv}}]\n"
+        "    collect: {li: '${{ steps.one.areas.Li }}'}\n"
+        f"  - {{id: some, steps: [{{do: reduce.reduce, with: {{spectrum: s.csv}}}}]}}\n{more}\n"
+    )
+    checked = check_file(tmp_path / "r.yaml")
+    assert checked.survey is not None
+    assert devices_heard(checked.survey) == heard
+
+
+def test_what_repeats_its_answers_computes_one_of_a_kind():
+    computed: list[bytes] = []
+
+    class Computing(Driver):
+        async def reduce(self, goal, *, spectrum, elements=None):
+            computed.append(goal.files["spectrum"].data)
+            return {"areas": len(computed)}
+
+    async def asked(spectrum, elements):
+        goal = GoalContext("g", files={"spectrum": FileContent.of("s.csv", spectrum)})
+        return (await driver.reduce(goal, spectrum="s.csv", elements=elements))["areas"]
+
+    world = WorldInMemory()
+    contract = shipped_contracts()["spectrum_reducer@1"]
+    made = twin_choice.repeating(Computing, contract, world)
+    driver: Any = made(Place("r", {}, {}, Path(), world))
+    unmade = [world.content(lambda n=n: b"counts %d" % n) for n in range(3)]
+    given = [*((one, None) for one in unmade), (unmade[2], ["Li"]), (b"a", None), (b"b", None)]
+
+    assert [asyncio.run(asked(*one)) for one in [*given, (b"a", None)]] == [1, 1, 1, 2, 3, 4, 3]
+    assert computed == [b"counts 0", b"counts 2", b"a", b"b"]
+
+
+def test_a_thread_that_computes_when_a_rehearsal_ends_takes_no_virtual_time(tmp_path, monkeypatch):
+    monkeypatch.setattr(reducer, "_warm_up", lambda: time.sleep(0.1))
+    head = HEAD.replace("libs: libs_analyzer@1", "reduce: spectrum_reducer@1")
+
+    assert rehearsed(tmp_path, "steps: [{do: gantry.home}]\n", head=head).lasts_s == 4
 
 
 def test_a_pause_ends_a_rehearsal_in_a_sentence(tmp_path):
