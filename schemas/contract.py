@@ -99,7 +99,8 @@ class Action(Model):
 
     def param_schemas(self) -> dict[str, JsonSchema]:
         """Parameter name -> its JSON Schema."""
-        return dict(self.params.get("properties", {}))
+        known = self.params.get("properties", {})
+        return dict(known) if isinstance(known, dict) else {}  # what else it is, its check tells
 
     def required(self) -> list[str]:
         """Names of the parameters that must be given."""

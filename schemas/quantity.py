@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from pint import Quantity, UnitRegistry
 
 # Any letter behind a number begins a unit, if perhaps an unknown one; so do °, ℃, Å and ㎜.
-_BEGINS = "A-Za-z°µ%‰\u00c0-\u00d6\u00d8-\u00f6\u00f8-\u024f\u0370-\u052f\u2100-\u214f\u3380-\u33df"
+_BEGINS = (
+    "A-Za-z°º˚µ%‰\u00c0-\u00d6\u00d8-\u00f6\u00f8-\u024f\u0370-\u052f\u2100-\u214f\u3380-\u33df"
+)
 QUANTITY = re.compile(rf"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([{_BEGINS}].*?)\s*$")
 
 KINDS = {
@@ -60,7 +62,7 @@ GAS_FLOWS = ("sccm = cm**3 / min", "slm = L / min", "slpm = L / min")
 PLAIN = {unit: (kind, size) for kind, sizes in SIZES.items() for unit, size in sizes.items()}
 MEANT = {
     "gm": "g", "gr": "g", "Sec": "s", "mn": "min", "Kelvin": "K", "Celsius": "degC", "C": "degC", "F": "degF",
-    "U/min": "rpm", "U / min": "rpm", "℃": "degC", "℉": "degF",
+    "U/min": "rpm", "U / min": "rpm", "℃": "degC", "℉": "degF", "ºC": "degC", "˚C": "degC",
     "мкм": "µm", "мм": "mm", "см": "cm", "с": "s", "мин": "min", "ч": "h",
     "мкл": "µL", "мл": "mL", "мг": "mg", "г": "g",
 }  # fmt: skip
@@ -76,6 +78,9 @@ _HEAT = re.compile(
     re.I,
 )
 _NO_HEAT = re.compile(r"charg|capaci|coulomb|farad", re.I)
+SIGNS = "°·×⋅•⁻⁺‰∞"
+"""What pint reads besides letters and digits; all else it drops without a word."""
+USUAL = str.maketrans({"∕": "/", "⁄": "/", "÷": "/", "−": "-", "–": "-", "˚": "°"})
 TURNS = {"turn", "revolutions_per_minute", "revolutions_per_second", "degree"}
 
 
@@ -140,10 +145,29 @@ def unit_of(text: str, wanted: str | None = None) -> Any:
     if text in WOULD_BE:
         raise UnitError(f"{text!r} would be {WOULD_BE[text]}{_did_you_mean(text, wanted)}")
     units = registry()
+    if odd := next(
+        (one for one in text if not _is_read(one)), ""
+    ):  # pint drops it: `mg∕L` is mg * L
+        guess = _did_you_mean(text, wanted) or _with_usual_signs(text)
+        raise UnitError(f"{text!r} is not a unit{guess or f': it holds {odd} (U+{ord(odd):04X})'}")
     try:
         return units.Unit(text)
     except Exception as fault:  # pint raises half a dozen unrelated classes for a bad unit
         raise UnitError(f"{text!r} is not a unit{_did_you_mean(text, wanted)}") from fault
+
+
+def _is_read(character: str) -> bool:
+    """Whether pint makes something of a character in a unit."""
+    return character.isascii() or character.isalnum() or character.isspace() or character in SIGNS
+
+
+def _with_usual_signs(text: str) -> str:
+    """`; did you mean mg/L?` of `mg∕L`, if that is a unit."""
+    usual = normalize("NFKC", text).translate(USUAL)
+    try:
+        return f"; did you mean {usual}?" if usual != text and unit_of(usual) else ""
+    except UnitError:
+        return ""
 
 
 def unit_fault(unit: str, about: str, beside: Collection[str] = ()) -> str:

@@ -60,6 +60,7 @@ Fails:
       - wait: a moment
 """
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from typing import Any
@@ -72,7 +73,7 @@ from ..language.fold import cases, fold
 from ..language.grid import LONGEST
 from ..language.moments import next_moment
 from ..language.operators import words
-from ..language.types import Type, in_words
+from ..language.types import Type, in_words, type_of_value
 from ..language.value import Constant, Text, Value
 from ..survey.spots import Spot
 from .context import Context
@@ -154,6 +155,7 @@ def _first_fault(spot: Spot) -> str:
 
 
 Wrong = tuple[str, str]
+CHOICE = re.compile(r"\$\{\{\s*steps\.\w+\.choice\s*\}\}")
 
 
 def _wrong_value(spot: Spot, value: Any) -> Wrong | None:
@@ -177,6 +179,8 @@ def _wrong_value(spot: Spot, value: Any) -> Wrong | None:
         return f"{what}: {words(value)} is not a whole number from {least}", f"such as {what}: 3"
     if use == "count" and isinstance(value, int) and value > LONGEST:
         return f"{what}: more than {LONGEST:,}", f"such as {what}: 3"
+    if use == "condition" and not isinstance(spot.value, Constant):
+        return _neither(what, type_of_value(value))
     if use == "condition" and isinstance(spot.value, Constant) and not isinstance(value, bool):
         hint = f"write {what}: ${{{{ {value} }}}}" if isinstance(value, str) else "write ${{ ... }}"
         return f"{what}: {words(value)} is not an expression", hint
@@ -212,6 +216,8 @@ def _wrong_type(spot: Spot, kind: Type) -> Wrong | None:
     """What is wrong with a value of which only the type is known."""
     if kind.kind in ("any", "null"):
         return None
+    if spot.use == "condition" and (kind.unit is not None or CHOICE.fullmatch(str(spot.raw))):
+        return _neither(spot.what, kind)
     if spot.use == "items" and kind.kind != "list":
         return (
             f"foreach needs a list, a span or a grid; this is {in_words(kind)}",
@@ -224,6 +230,18 @@ def _wrong_type(spot: Spot, kind: Type) -> Wrong | None:
         return f"until needs a time of day or a moment; this is {in_words(kind)}", 'such as "07:00"'
     if spot.use == "count" and not (kind.kind == "number" and kind.unit is None):
         return f"{spot.what} needs a whole number; this is {in_words(kind)}", ""
+    return None
+
+
+def _neither(what: str, kind: Type) -> Wrong | None:
+    """A quantity, or a text that is never empty, as a condition: true whatever it says."""
+    if kind.kind == "text":
+        return f"{what}: this is text, neither true nor false", "compare it: ${{ ... == 'yes' }}"
+    if kind.unit is not None:
+        return (
+            f"{what}: this is {in_words(kind)}, neither true nor false",
+            "compare it with another",
+        )
     return None
 
 

@@ -166,6 +166,8 @@ def _own_contract(source: Source | None) -> tuple[Contract | None, list[Problem]
     if source is None:
         return None, []
     contract, problems = read_model(Contract, source.data, source, (), "a contract")
+    if contract is None and _is_protocol(source.data):
+        return None, [source.problem((), "E113", "this is a protocol, not a contract")]
     if contract is not None:
         try:
             check_schemas(contract)
@@ -185,28 +187,18 @@ def _also_faults(contract: Contract, contracts: dict[str, Contract]) -> Iterator
 
 def check_schemas(contract: Contract) -> None:
     """Raise ContractFault for an invalid schema, unit or interlock in a contract."""
-    from jsonschema import SchemaError
-
+    _check_schema("status", contract.status, ("status",))
     for action_name, action in contract.actions.items():
         try:
             check_interlock(f"{action_name}.interlock", action.interlock, contract.status)
         except ContractFault as fault:
             raise ContractFault(str(fault), ("actions", action_name, "interlock")) from fault
         for part, schema in (("params", action.params), ("returns", action.returns)):
-            where, place = f"{action_name}.{part}", ("actions", action_name, part)
-            try:
-                check_schema(schema)
-                for path, known in unknown_keywords(schema):
-                    guess = did_you_mean(path[-1], known)
-                    message = f"{where}: unknown key {'.'.join(path)}{guess}"
-                    if len(path) == 1 and isinstance(schema[path[0]], dict) and not guess:
-                        message += "; each of them stands below `properties:`"
-                    raise ContractFault(message, (*place, *path))
-            except SchemaError as fault:
-                message = f"{where} is not a valid JSON Schema: {schema_fault_words(fault)}"
-                raise ContractFault(message, (*place, *fault.absolute_path)) from fault
-            for path, said in ranges_of_nothing(schema):
-                raise ContractFault(f"{where}: {said}", (*place, *path))
+            _check_schema(f"{action_name}.{part}", schema, ("actions", action_name, part))
+        probe = contract.actions.get(action.probe or "")
+        if probe is not None and probe.effect != "pure":
+            message = f"{action_name}.probe: {action.probe} is {probe.effect}; a probe is `pure`"
+            raise ContractFault(message, ("actions", action_name, "probe"))
         if action.probe not in (None, OF_DRIVER, *contract.actions):
             guess = did_you_mean(str(action.probe), contract.actions)
             message = f"{action_name}.probe: there is no action {action.probe}{guess}"
@@ -217,11 +209,40 @@ def check_schemas(contract: Contract) -> None:
             raise ContractFault(
                 f"safe_state: there is no action {name}{guess}", ("safe_state", index)
             )
+        if needs := contract.actions[name].required():
+            message = f"safe_state: {name} is called without parameters, and needs {listed(needs)}"
+            raise ContractFault(message, ("safe_state", index))
     known = list(_units(contract.model_dump(include={"status", "actions"}), ()))
     for path, unit, said in known:
         about = ".".join(str(part) for part in path if part not in ("actions", "properties"))
         if words := unit_fault(unit, f"{about} {said}", [one for _, one, _ in known]):
             raise ContractFault(f"{about}: {words}", (*path, "unit"))
+
+
+def _check_schema(where: str, schema: JsonSchema, place: tuple[str, ...]) -> None:
+    from jsonschema import SchemaError
+
+    try:
+        check_schema(schema)
+    except SchemaError as fault:
+        message = f"{where} is not a valid JSON Schema: {schema_fault_words(fault)}"
+        raise ContractFault(message, (*place, *fault.absolute_path)) from fault
+    for path, known in unknown_keywords(schema):
+        guess = did_you_mean(path[-1], known)
+        message = f"{where}: unknown key {'.'.join(path)}{guess}"
+        if len(path) == 1 and isinstance(schema[path[0]], dict) and not guess:
+            message += "; each of them stands below `properties:`"
+        raise ContractFault(message, (*place, *path))
+    for path, said in ranges_of_nothing(schema):
+        raise ContractFault(f"{where}: {said}", (*place, *path))
+    for name, one in schema.get("properties", {}).items():
+        if (
+            isinstance(one, dict)
+            and "default" in one
+            and not validator(one).is_valid(one["default"])
+        ):
+            message = f"{where}.{name}: the default {one['default']!r} is not a value that it takes"
+            raise ContractFault(message, (*place, "properties", name, "default"))
 
 
 def check_interlock(where: str, interlock: dict[str, Any], status: JsonSchema) -> None:
@@ -355,7 +376,7 @@ def _check_limits(
             )
             continue
         unit = schemas[param].get("unit", "")
-        yield from _check_order(limit, unit, source, place)
+        yield from _check_order(limit, schemas[param], source, place)
         for bound in ("minimum", "maximum"):
             try:
                 magnitude_in(getattr(limit, bound) or 0, unit)
@@ -368,18 +389,31 @@ def _check_limits(
 
 
 def _check_order(
-    limit: Limit, unit: str, source: Source, place: tuple[str, ...]
+    limit: Limit, schema: JsonSchema, source: Source, place: tuple[str, ...]
 ) -> Iterator[Problem]:
-    """A range in which nothing lies."""
-    if limit.minimum is None or limit.maximum is None:
+    """A range in which nothing lies, of its own or together with the contract's."""
+    unit = schema.get("unit", "")
+    low, high = limit.minimum, limit.maximum
+    if low is None and high is None:
         return
+    bounds = [
+        schema.get("minimum") if low is None else low,
+        schema.get("maximum") if high is None else high,
+    ]
     try:
-        low, high = magnitude_in(limit.minimum, unit), magnitude_in(limit.maximum, unit)
+        least, most = (None if one is None else magnitude_in(one, unit) for one in bounds)
     except UnitError:
         return  # told of the bound
-    if low > high:
-        message = f"{place[-1]}: the minimum {limit.minimum} is above the maximum {limit.maximum}"
+    if least is None or most is None or least <= most:
+        return
+    if low is not None and high is not None:
+        message = f"{place[-1]}: the minimum {low} is above the maximum {high}"
         yield source.problem((*place, "minimum"), "E131", message, "exchange the two")
+        return
+    own, bound = ("minimum", "maximum") if low is None else ("maximum", "minimum")
+    message = f"{place[-1]}: a {bound} of {getattr(limit, bound)} leaves nothing: the contract's own {own} is"
+    message += f" {schema[own]:g} {unit}".rstrip()
+    yield source.problem((*place, bound), "E131", message)
 
 
 def _check_wider(

@@ -99,6 +99,9 @@ def keys_of(model: type[BaseModel]) -> list[str]:
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
+OF_KEY = re.compile(r"(?:\w+: )?(\w+): ")
+
+
 def read_model(
     model: type[BaseModel], data: Any, source: Source, place: Place, what: str
 ) -> tuple[Any, list[Problem]]:
@@ -159,6 +162,7 @@ def _without_consequences(found: Found, data: Any) -> Found:
         value, above = at(data, path), at(data, path[:-1])
         if (
             value is not None
+            or path not in found  # with one further up
             or not path
             or not isinstance(above, dict)
             or not _needs_more(found[path])
@@ -246,6 +250,8 @@ def _problem(
     message = _says(name, errors, value).removeprefix(": ")
     at_key = any("[key]" in str(part) for error in errors for part in error["loc"])
     where = (*place, *(part for part in path if part != "[key]"))
+    if isinstance(value, dict) and (said := OF_KEY.match(message)) and said[1] in value:
+        where = (*where, said[1])  # of keys that do not go together, the one that is told
     way_on = _way_on_in_lab if model is Lab else _way_on
     hint = way_on(path, message, path[-1] if at_key else value)
     return source.problem(where, "E112", message, hint, key=at_key)

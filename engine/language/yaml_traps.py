@@ -174,6 +174,10 @@ def _warning(code: str, message: str, node: Node, hint: str) -> YamlFault:
     return YamlFault(code, message, node.start, hint, node.end - node.start)
 
 
+DASHES = "-–—−－•"
+"""What people, and their word processors, begin the items of a list with."""
+
+
 # --- hints beside a problem that is reported anyway
 
 
@@ -181,7 +185,11 @@ def value_hint(node: Node, raw: str, message: str) -> str:
     """A hint about how a value of the wrong kind is written; or nothing."""
     if node.members and TEXT.search(message) and len(node.members) == 1 and "number" not in message:
         return "`: ` makes what is before it a key; put text that contains it in quotes"
-    if node.members and "a list" in message and all(key[0] == "-" for key in node.members if key):
+    if (
+        node.members
+        and "a list" in message
+        and all(key[0] in DASHES for key in node.members if key)
+    ):
         return odd_characters(next(iter(node.members))) or "a space is missing after the `-`"
     if node.members and "foreach needs" in message and (bounds := _bounds(node)):
         return f"write {_span(*bounds)}"

@@ -3,7 +3,7 @@
 import re
 from typing import Any
 
-from .yaml_characters import named
+from .yaml_characters import named, odd_characters
 from .yaml_lines import Lines
 from .yaml_looks import CURLY, looks, tab
 from .yaml_node import YamlFault, shown
@@ -110,6 +110,11 @@ def _flow(said: str, context: str, lines: Lines, offset: int, begun: int) -> Yam
         start = max(lines.text.rfind(mark, 0, offset) for mark in ": {,") + 1
         rest = re.compile(r"[^,}\r\n]*").match(lines.text, start)
         value = shown(rest[0]) if rest is not None else ""
+        comma = lines.text.rfind("，", begun, offset)
+        if lines.place(comma)[0] == there:
+            return _fault(
+                "a full-width comma is not what YAML needs here", comma, "write `, ` instead"
+            )
         return _fault("`: ` in text inside brackets begins another value", start,
                       f'{QUOTE_TEXT}: "{value}"', offset - start)  # fmt: skip
     if "expected the node content" in said:
@@ -159,8 +164,9 @@ def _colon(lines: Lines, number: int, before: str, offset: int) -> YamlFault:
     if first := FIRST_COLON.match(before):
         start = lines.starts[number - 1] + first.end()
         value = shown(lines.line(number)[first.end() :])
+        hint = f'put text that contains a `: ` in quotes: "{value}"'
         return _fault("a second `: ` on one line begins another key", start,
-                      f'put text that contains a `: ` in quotes: "{value}"', offset - start)  # fmt: skip
+                      odd_characters(value[:1]) or hint, offset - start)  # fmt: skip
     key = before.lstrip(" -")
     if lacks := NO_COLON.match(key):
         return _fault(

@@ -11,7 +11,7 @@ from ..language.grid import Lazy
 from ..language.operators import words
 from ..language.source import parse_source
 from ..language.suggest import did_you_mean, listed
-from ..language.wanted import quotes_for_text, wants
+from ..language.wanted import bounds_text, quotes_for_text, wants
 
 LONGEST_TEXT = 10_000
 _NOWHERE = Path("-p")
@@ -136,6 +136,8 @@ def _item(param: Param, value: Any, index: int) -> Any:
         raise ParamFault("E224", f"items: {wrong.message}") from wrong
     if fault is not None:
         message = f"item {words(value)} is not {wants(schema)}"
+        if str(fault.validator).lower().endswith(("minimum", "maximum")):
+            message = f"item {words(value)} is not {bounds_text(schema, None)}"
         raise ParamFault("E221", message, quotes_for_text(value, schema), path=(index,))
     return value
 

@@ -71,7 +71,14 @@ def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
         ("  heat", "\theat", "E101 3:1"), (FURNACE, "", "E100 1:1"),
         ("heat:", "heat:\n    duration: 5 mm", "E112 4:15"), ("heat:", "heat:\n    probe: look", "E130 4:12"),
         ("actions", "safe_state: [of]\nactions", "E130 2:14"),
-        ("maximum", "minimum: 1300, maximum", "E130 4:71"),
+        ("maximum", "minimum: 1300, maximum", "E130 4:71"), ("maximum", "default: hot, maximum", "E130 4:71"),
+        ("heat:", "heat:\n    probe: heat", "E130 4:12"), ("heat:", "heat:\n    takes: x", "E112 4:12"),
+        ("actions", "status: {properties: {t: {type: float}}}\nactions", "E130 2:33"),
+        (
+            "actions:\n  heat:\n    params: {",
+            "safe_state: [heat]\nactions:\n  heat:\n    params: {required: [target], ", "E130 2:14",
+        ),
+        (FURNACE, "labrun: 1\nsteps: []", "E113 1:1"),
         ("properties:", "required: [tgt], properties:", "E130 4:25"), ("number", "float", "E130 4:42"),
     ],
 )  # fmt: skip
