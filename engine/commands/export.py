@@ -33,5 +33,5 @@ def export(run: RunName, to: To, out: Out = None, runs: Runs = RUNS) -> None:
         with failing_on(FolderFault, ExportFault):
             known[to]()(folder, place)
     except OSError as fault:
-        fail(f"{fault.filename or out or to} cannot be written: {fault.strerror}", FAILED)
+        fail(f"{out or fault.filename or to} cannot be written: {fault.strerror}", FAILED)
     typer.echo(f"made {place} ({place.stat().st_size / 1e6:.1f} MB)")

@@ -35,7 +35,8 @@ async def call(function: OwnFunction, given: dict[str, Any], limit_s: float = LI
         async with asyncio.timeout(limit_s if limit_s < math.inf else None):
             out, err = await process.communicate(_asked(function, given, limit_s))
     except TimeoutError:
-        raise FunctionFailed(f"{function.name} took longer than {limit_s:g} s") from None
+        why = f"{function.name} took longer than {limit_s:g} s; a `timeout` of its `set` allows another time"
+        raise FunctionFailed(why) from None
     finally:
         if process.returncode is None:
             process.kill()

@@ -79,6 +79,8 @@ class Run:
 
     call: Callable[[OwnFunction, dict[str, Any], float], Awaitable[Any]] = call
     """How a function of a protocol's own is called."""
+    calling: list[str] = field(default_factory=list)
+    """Names of those that are being called."""
     turns_at_most: int | None = None
     """In a rehearsal, of a `while` without `max`: what it waits for may never come there."""
     asks_clocks: bool = False

@@ -152,7 +152,8 @@ async def _wait_long(run: Run, dispatcher: Dispatcher, *, for_a_time: bool) -> N
             async with asyncio.timeout(patience_s):
                 await dispatcher.wake.wait()
                 return
-        if waits_for := dispatcher.waits_for():
+        calls = [f"the function {name}" for name in run.calling]
+        if waits_for := [*dispatcher.waits_for(), *calls]:
             run.log(f"still waiting for {'; '.join(waits_for)}")
         elif not (for_a_time or run.questions.open or dispatcher.paused):
             run.log(

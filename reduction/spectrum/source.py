@@ -19,7 +19,7 @@ def bytes_of(source: Path | str | bytes) -> bytes:
         return source
     path = Path(source)
     if path.is_dir():
-        raise Unreadable(f"{path.name} is a folder; a spectrum is a file")
+        raise Unreadable(f"{path.name or path} is a folder; a spectrum is a file")
     before = path.stat().st_size
     raw = path.read_bytes()
     if not before == len(raw) == path.stat().st_size:

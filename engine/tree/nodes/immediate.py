@@ -158,6 +158,7 @@ class SetNames(Immediate):
 
     async def _called(self, function: OwnFunction, given: dict[str, Any], path: str) -> str | None:
         """Call a function, and put what it gave into the journal; why not, if it failed."""
+        self.run.calling.append(function.name)
         try:
             value = await self.run.call(function, given, self.limit_s)
             self.run.record(Computed(path=path, value=encode(value)))
@@ -167,6 +168,7 @@ class SetNames(Immediate):
         except OSError as fault:
             return f"{function.name}: no process could be started: {fault.strerror}"
         finally:
+            self.run.calling.remove(function.name)
             self.run.requests.again()
             self.run.questions.changed()
 

@@ -93,9 +93,10 @@ outputs: {x: "${{ y }}"}
     assert "fails: ZeroDivisionError: division by zero (./own.py, line 15)" in ran.finished.reason
 
 
-def test_a_function_that_takes_too_long(run):
+def test_a_function_that_takes_too_long(run, monkeypatch):
     """A call takes longer than the `timeout` of its `set` -> Its process is killed, the step fails with
     `Timeout`; devices are followed meanwhile."""
+    monkeypatch.setattr("labrun.engine.tree.tick.QUIET_S", 0.05)
     ran = run(
         """
 functions: {sleeps: ./own.py:sleeps}
@@ -110,6 +111,7 @@ steps:
 
     assert (ran.status, ran.done) == (0, ["one", "two"])
     assert any("took longer than its timeout" in line for line in ran.said)
+    assert "still waiting for the function sleeps" in ran.said
 
 
 def test_an_abort_ends_a_function(run):
