@@ -42,10 +42,10 @@ describe('fixes come from the checker’s messages', () => {
 })
 
 describe('fields', () => {
-  const fields = fieldsOf({ type: 'object', required: ['b'], properties: { a: { type: 'number', unit: 'mm', minimum: 0, maximum: 730 }, b: { enum: ['x', 'y'] } } })
+  const fields = fieldsOf({ type: 'object', required: ['b'], properties: { a: { type: 'number', unit: 'mm', minimum: 0, maximum: 730 }, b: { enum: ['x', 'y'] }, c: { type: 'object' } } })
 
   test('come from the contract, required ones first', () => {
-    expect(fields.map((one) => [one.name, one.kind, one.about])).toEqual([['b', 'choice', ''], ['a', 'number', '0–730 mm']])
+    expect(fields.map((one) => [one.name, one.kind, one.about])).toEqual([['b', 'choice', ''], ['a', 'number', '0–730 mm'], ['c', 'fields', '']])
   })
 
   test('write a bare number with its unit, an expression as it is, and a list as a list', () => {
@@ -54,6 +54,7 @@ describe('fields', () => {
     expect(['0,5', '-1,25 mm', ',5e3', '1,2,3', '0,5'].map((text, i) => asValue(text, i < 4 ? 'number' : 'text', 'mm'))).toEqual(['0.5 mm', '-1.25 mm', '.5e3 mm', '1,2,3', '0,5'])
     expect(asValue('${{ params.x }}', 'number', 'mm')).toBe('${{ params.x }}')
     expect(asValue('Li, K, 3', 'list')).toEqual(['Li', 'K', 3])
+    expect(['{red: [0, 200]}', 'space', '{red: ['].map((text) => asValue(text, 'fields'))).toEqual([{ red: [0, 200] }, 'space', '{red: ['])
     expect(asValue('  ', 'text')).toBe(undefined)
     expect([asValue('true', 'truth'), asValue('false', 'truth')]).toEqual([true, false])
     expect(asText(['Li', 'K'])).toBe('Li, K')

@@ -1,12 +1,13 @@
 // A field of a form from a contract's schema: what it accepts, shows and writes.
 import { isNumber, pointed } from '../../ui/format'
 import { itemOf, itemText, listOf, listText } from '../../ui/lists'
+import { parse } from 'yaml'
 import { isMap } from '../text/path'
 
 export interface Field {
   name: string
-  /** `value`: whatever was typed, a number, yes or no, or a text. */
-  kind: 'number' | 'text' | 'choice' | 'truth' | 'list' | 'value'
+  /** `value`: whatever was typed, a number, yes or no, or a text; `fields`: `{name: …}`. */
+  kind: 'number' | 'text' | 'choice' | 'truth' | 'list' | 'value' | 'fields'
   unit: string
   choices: string[]
   required: boolean
@@ -32,7 +33,7 @@ function fieldOf(name: string, part: Schema, required: boolean): Field {
   const types = Array.isArray(part['type']) ? part['type'].map(String) : [String(part['type'] ?? '')]
   const choices = Array.isArray(part['enum']) ? part['enum'].map(String) : []
   const number = types.includes('number') || types.includes('integer')
-  const kind = choices.length > 0 ? 'choice' : types.includes('boolean') ? 'truth' : number ? 'number' : types.includes('array') ? 'list' : 'text'
+  const kind = choices.length > 0 ? 'choice' : types.includes('boolean') ? 'truth' : number ? 'number' : types.includes('array') ? 'list' : types.includes('object') ? 'fields' : 'text'
   const unit = typeof part['unit'] === 'string' ? part['unit'] : ''
   const told = typeof part['description'] === 'string' ? part['description'] : ''
   const fallback = part['default'] === undefined ? '' : `${String(part['default'] as string | number)} ${unit}`.trim()
@@ -67,7 +68,18 @@ export function asValue(written: string, kind: Field['kind'], unit = '', texts =
   if (kind === 'truth') return text === 'true' || text === 'on' || (text === 'false' || text === 'off' ? false : text)
   if (kind === 'list') return listOf(text, texts)
   if (kind === 'value') return text === 'true' || (text === 'false' ? false : itemOf(text))
+  if (kind === 'fields') return fieldsIn(text)
   const number = pointed(text)
   if (kind === 'number' && isNumber(number)) return unit === '' ? Number(number) : `${number} ${unit}`
   return kind === 'number' ? number : text
+}
+
+/** `{red: [0, 200]}`; anything else stays the text that it is, and the check says what is missing. */
+function fieldsIn(text: string): unknown {
+  try {
+    const read: unknown = parse(text)
+    return isMap(read) ? read : text
+  } catch {
+    return text
+  }
 }
