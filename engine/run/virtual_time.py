@@ -2,8 +2,9 @@
 
 import asyncio
 import selectors
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 LONGEST_REAL_S = 300.0
 
@@ -25,11 +26,17 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         0: there are none.
         """
         self._leaping = _LeapingSelector(longest_real_s)
+        self.in_threads = 0
+        """How often something was given to a thread."""
         super().__init__(self._leaping)
 
     def time(self) -> float:
         """Seconds of virtual time."""
         return self._leaping.now
+
+    def run_in_executor(self, executor: Any, func: Callable[..., Any], *args: Any) -> Any:
+        self.in_threads += 1
+        return super().run_in_executor(executor, func, *args)
 
     @contextmanager
     def held(self) -> Iterator[None]:

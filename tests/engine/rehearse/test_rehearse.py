@@ -360,6 +360,39 @@ def test_what_repeats_its_answers_computes_one_of_a_kind():
     assert computed == [b"counts 0", b"counts 2", b"a", b"b"]
 
 
+@pytest.mark.parametrize(
+    ("takes_s", "heard"),
+    [
+        (0, ""),
+        (0, "outputs: {li: '${{ steps.one.areas }}'}"),
+        (0.05, "outputs: {li: '${{ steps.one.areas }}'}"),
+    ],
+)  # fmt: skip
+def test_computing_takes_what_the_contract_says_on_a_slow_computer_too(
+    tmp_path, monkeypatch, takes_s, heard
+):
+    monkeypatch.setattr(reducer, "_warm_up", lambda: None)
+    monkeypatch.setattr(reducer, "_reduce", lambda *given: time.sleep(takes_s) or {"areas": {}})
+    steps = f"""
+steps:
+  - {{do: gantry.home}}
+  - {{do: gantry.move_to, with: {{z: 0 mm}}}}
+  - repeat: 3
+    steps:
+      - {{id: shot, do: libs.measure}}
+      - {{do: libs.export, with: {{shot: "${{{{ steps.shot.shot_id }}}}", file: s.csv}}}}
+      - {{do: reduce.reduce, with: {{spectrum: s.csv}}}}
+  - {{id: one, do: reduce.reduce, with: {{spectrum: s.csv}}}}
+{heard}
+"""
+    totals = rehearsed(
+        tmp_path, steps, head=HEAD.replace("libs:", "reduce: spectrum_reducer@1, libs:")
+    )
+
+    assert (totals.fate, totals.reason) == ("succeeded", "")
+    assert totals.seconds["reduce.reduce"] == pytest.approx(4 * 0.05)
+
+
 def test_a_thread_that_computes_when_a_rehearsal_ends_takes_no_virtual_time(tmp_path, monkeypatch):
     monkeypatch.setattr(reducer, "_warm_up", lambda: time.sleep(0.1))
     head = HEAD.replace("libs: libs_analyzer@1", "reduce: spectrum_reducer@1")
