@@ -55,7 +55,7 @@ class Dispatcher:
         """Devices that another client has stopped -> who, and when: the run must pause."""
         self.heeds_stops = False
         """Whether a stop pauses what runs now; where not, what a stop cuts has failed."""
-        self.turns = Reservations()
+        self.reservations = Reservations()
         self._queue: deque[Request] = deque()
         self._under_way: dict[str, Request] = {}
         self._holders: dict[str, Request] = {}
@@ -87,7 +87,7 @@ class Dispatcher:
         elif first:
             self._queue.appendleft(request)
         else:
-            request.asked = self.turns.next()
+            request.asked = self.reservations.next()
             self._queue.append(request)
         return request
 
@@ -287,8 +287,8 @@ class Dispatcher:
             return []
         ready: list[Request] = []
         waiting: deque[Request] = deque()
-        if self.turns.waiting or self.turns.held:
-            self._take_turns()
+        if self.reservations.waiting or self.reservations.held:
+            self._grant()
         taken = {r.device for r in self._under_way.values() if not r.role.contract.concurrent}
         away = self._away()
         for request in self._queue:
@@ -307,21 +307,21 @@ class Dispatcher:
             self._note(request)
         return ready
 
-    def _take_turns(self) -> None:
+    def _grant(self) -> None:
         """Grant reservations, after single actions that asked before and wait for their device."""
         singles = [
             (r.asked, r.device, r.reservation)
             for r in self._queue
             if r.exclusive and self._has_turn(r)
         ]
-        if self.turns.grant(singles):
+        if self.reservations.grant(singles):
             self.run.requests.again()
 
     def _has_turn(self, request: Request) -> bool:
         """Whether no other group has its device for itself; to read it does not matter."""
-        if not self.turns.held or request.path.endswith(LOOKS):
+        if not self.reservations.held or request.path.endswith(LOOKS):
             return True
-        return self.turns.may_use(request.device, request.reservation)
+        return self.reservations.may_use(request.device, request.reservation)
 
     def _urgent(self) -> bool:
         return any(request.urgent for request in self._queue)

@@ -88,8 +88,8 @@ class _Unsent(Dispatcher):
         pass
 
     def grant_all(self) -> None:
-        for one in self.turns.waiting:
+        for one in self.reservations.waiting:
             one.granted = True
             self.run.requests.again()
-        self.turns.held += self.turns.waiting
-        self.turns.waiting = []
+        self.reservations.held += self.reservations.waiting
+        self.reservations.waiting = []

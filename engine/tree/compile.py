@@ -62,7 +62,7 @@ class Place:
 
 @dataclass(slots=True)
 class TreeCompiler:
-    """Reservations steps into nodes; `tables` are the CSV files that its loops write.
+    """Turns steps into nodes; `tables` are the CSV files that its loops write.
 
     `used` are the protocols that steps name. `within` is the path of the loops and uses that are
     being compiled; `used_in` is the place of a used protocol itself.

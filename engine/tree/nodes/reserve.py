@@ -26,7 +26,7 @@ class Reserve(Join):
         super().initialise()
         frame = self.inner.frame
         path = f"{frame.path}/{self.name}"
-        self.reservation = frame.reservation = self.dispatcher.turns.ask(
+        self.reservation = frame.reservation = self.dispatcher.reservations.ask(
             self.devices, frame.reservation, path
         )
         frame.strand = frame.strand or path
@@ -38,6 +38,6 @@ class Reserve(Join):
 
     def terminate(self, new_status: Status) -> None:
         if self.reservation is not None:
-            self.dispatcher.turns.release(self.reservation)
+            self.dispatcher.reservations.release(self.reservation)
             self.reservation = None
             self.run.requests.again()

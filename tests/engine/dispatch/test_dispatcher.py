@@ -38,10 +38,10 @@ def test_what_is_waited_for_is_told_with_the_time_at_which_it_was_sent(monkeypat
 def test_the_tree_is_ticked_again_where_a_reservation_was_granted_and_only_there():
     run = SimpleNamespace(requests=Requests(), roles={})
     dispatcher = Dispatcher(run, {"a": SimpleNamespace()})
-    dispatcher.turns.ask(["a"], None)
+    dispatcher.reservations.ask(["a"], None)
     again = []
     for _ in range(2):
-        dispatcher._take_turns()
+        dispatcher._grant()
         again.append(run.requests.take_round()[0])
 
     assert again == [True, False]

@@ -28,10 +28,10 @@ def flat(program, around=()):
 
 
 class World:
-    """A dispatcher of the smallest kind around the real turns."""
+    """A dispatcher of the smallest kind around the real reservations."""
 
     def __init__(self, programs):
-        self.turns = Reservations()
+        self.reservations = Reservations()
         self.left = [list(flat(program)) for program in programs]
         self.begun = [False] * len(programs)
         self.around = [None] * len(programs)
@@ -58,22 +58,22 @@ class World:
             return
         what, which = self.left[n].pop(0)
         if what == "do":
-            self.queue.append((self.turns.next(), which, self.around[n], n))
+            self.queue.append((self.reservations.next(), which, self.around[n], n))
         elif what == "ask":
-            self.asking[n] = self.around[n] = self.turns.ask(which, self.around[n])
+            self.asking[n] = self.around[n] = self.reservations.ask(which, self.around[n])
         else:
-            self.turns.release(self.around[n])
+            self.reservations.release(self.around[n])
             self.around[n] = self.around[n].within
             self._next(n)
 
     def _round(self):
-        singles = [(k, d, r) for k, d, r, _ in self.queue if self.turns.may_use(d, r)]
-        granted = self.turns.grant(singles)
-        for one in self.turns.held:
+        singles = [(k, d, r) for k, d, r, _ in self.queue if self.reservations.may_use(d, r)]
+        granted = self.reservations.grant(singles)
+        for one in self.reservations.held:
             self.granted.setdefault(one, next(self.moments))
         for one in list(self.queue):
             _, device, reservation, n = one
-            if device not in self.running and self.turns.may_use(device, reservation):
+            if device not in self.running and self.reservations.may_use(device, reservation):
                 self.queue.remove(one)
                 self.running[device] = n, next(self.moments)
         for n, asked in list(self.asking.items()):
@@ -83,7 +83,7 @@ class World:
         return granted
 
     def check(self):
-        for one in self.turns.held:
+        for one in self.reservations.held:
             owner = next(n for n, r in enumerate(self.around) if r and one in r.chain())
             for device in one.devices & self.running.keys():
                 n, since = self.running[device]
@@ -113,29 +113,29 @@ def test_no_order_of_small_programs_blocks(beside):
 
 
 def test_whoever_asks_first_comes_first():
-    turns = Reservations()
-    first, second, third = (turns.ask(devices, None) for devices in (AB, A, B))
+    reservations = Reservations()
+    first, second, third = (reservations.ask(devices, None) for devices in (AB, A, B))
 
-    turns.grant()
+    reservations.grant()
     assert (first.granted, second.granted, third.granted) == (True, False, False)
 
-    fourth = turns.ask(A, first)
-    turns.grant()
+    fourth = reservations.ask(A, first)
+    reservations.grant()
     assert fourth.granted, "within the first, though others wait for it"
 
-    turns.release(fourth)
-    turns.release(first)
-    turns.grant()
+    reservations.release(fourth)
+    reservations.release(first)
+    reservations.grant()
     assert second.granted and third.granted
 
 
 def test_a_reservation_passes_no_single_action_that_asked_before_it():
-    turns = Reservations()
-    single = turns.next()
-    one = turns.ask(A, None)
+    reservations = Reservations()
+    single = reservations.next()
+    one = reservations.ask(A, None)
 
-    turns.grant([(single, "a", None)])
+    reservations.grant([(single, "a", None)])
     assert not one.granted
 
-    turns.grant()
+    reservations.grant()
     assert one.granted
