@@ -88,6 +88,8 @@ def keep_inputs(
         names.append(f"./{name}")
     data = lab.model_dump(mode="json", exclude_none=True, exclude_defaults=True)
     data["contracts"] = names
+    if lab_folder is not None and lab.folders:  # a changed protocol takes files from there, too
+        data["folders"] = [str((lab_folder / name).resolve()) for name in lab.folders]
     for device in data["devices"].values():
         driver = device.get("driver", "")
         if lab_folder is not None and ".py" in driver and not Path(driver).is_absolute():

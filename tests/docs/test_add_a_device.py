@@ -33,9 +33,11 @@ def test_no_block_of_code_comes_from_nowhere(name, others):
 
 
 def test_the_lab_with_every_key_is_a_lab(tmp_path):
-    (tmp_path / "furnace.yaml").write_text("type: furnace@1\nactions: {heat: {}}\n")
+    for folder in ("lab", "shared"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "lab" / "furnace.yaml").write_text("type: furnace@1\nactions: {heat: {}}\n")
     (block,) = re.findall(r"```yaml\n(name: cellar.*?)```", page("labs"), re.S)
-    path = tmp_path / "lab.yaml"
+    path = tmp_path / "lab" / "lab.yaml"
     path.write_text(block)
     lab, problems = load_lab(path)
 

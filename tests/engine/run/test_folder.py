@@ -124,9 +124,10 @@ def test_an_engine_gets_its_folder_although_others_look_at_it_all_the_time(tmp_p
             looker.join()
 
 
-def test_a_run_keeps_where_the_drivers_and_interpreters_of_its_lab_lie(tmp_path):
+def test_a_run_keeps_where_the_folders_drivers_and_interpreters_of_its_lab_lie(tmp_path):
     """A resume reads the copy, which lies elsewhere."""
     lab = Lab.model_validate({
+        "folders": ["../shared"],
         "devices": {
             "oven": {"contract": "oven@1", "driver": "./oven.py:Oven", "python": "./env/bin/python"},
             "lamp": {"contract": "lamp@1", "driver": "lamp", "python": "python3.12"},
@@ -135,8 +136,10 @@ def test_a_run_keeps_where_the_drivers_and_interpreters_of_its_lab_lie(tmp_path)
     folder = tmp_path / "run"
     folder.mkdir()
     keep_inputs(folder, "labrun: 1\n", "p.yaml", lab, tmp_path / "labs", {}, {})
-    kept = YAML(typ="safe").load(folder / "lab.yaml")["devices"]
+    copy = YAML(typ="safe").load(folder / "lab.yaml")
+    kept = copy["devices"]
 
+    assert copy["folders"] == [str(tmp_path / "shared")]
     assert kept["oven"]["driver"] == f"{tmp_path / 'labs' / 'oven.py'}:Oven"
     assert kept["oven"]["python"] == str(tmp_path / "labs" / "env" / "bin" / "python")
     assert kept["lamp"]["python"] == "python3.12"
