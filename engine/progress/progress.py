@@ -124,7 +124,7 @@ def value_text(value: object) -> str:
     """An output as people write it: `0.2 mm`, `1071`."""
     if isinstance(value, dict) and QUANTITY_KEY in value:
         magnitude, unit = value[QUANTITY_KEY]
-        return f"{magnitude:.12g} {unit}"
+        return f"{magnitude:.12g} {unit.replace(' / ', '/')}"
     if isinstance(value, dict) and MOMENT_KEY in value:
         return str(value[MOMENT_KEY])
     if isinstance(value, float):

@@ -25,7 +25,7 @@ def value_text(value: Any) -> str:
     """A value as in the journal, as people write it: `0.2 mm`, `1 mm, 2 mm`."""
     if isinstance(value, dict) and QUANTITY_KEY in value:
         magnitude, unit = value[QUANTITY_KEY]
-        return f"{number_text(magnitude)} {unit}".rstrip()
+        return f"{number_text(magnitude)} {unit.replace(' / ', '/')}".rstrip()
     if isinstance(value, list):
         return ", ".join(map(value_text, value))
     if isinstance(value, dict):
