@@ -24,6 +24,7 @@ import numpy as np
 
 from ..elements.evidence_score import NOT_SEEN
 from ..elements.identify import Identified
+from ..elements.merged import without_merged
 from ..lines.formula import WEIGHT, Closed, with_oxygen
 from ..plasma.boltzmann import CALIBRATION
 from ..plasma.cool_part import CoolPart, cool_parts
@@ -33,6 +34,7 @@ from ..plasma.strengths import atoms
 from ..reduce import Reduction
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray, TextArray
 from .calibration import Concentration, OnePoint
+from .rocks import ELEMENTS, of_rocks
 
 NORMAL_95 = 1.96
 MOST_ERROR = 1.5  # of ln(amount): with more an element's amount is not told
@@ -42,18 +44,18 @@ COOL_PARTS = np.geomspace(0.005, 0.6, 9)
 COOL_K, COOL_NE = 0.5, 0.3
 # Where lines scatter more than their errors around all that is fitted, what that leaves of each ln(amount):
 # so many times the power of how much more, as makes errors right on measured minerals (all seen, 0.5).
-NOT_EXPLAINED, BY_SCATTER = 2.4, 1.5
+NOT_EXPLAINED, BY_SCATTER = 3.0, 1.5
+# Mean square of what lines are off by, in their errors, up to which two zones and a response that were fitted
+# to them explain them: of made plasmas 0.4 to 0.96, of measured ones 0.98 to 1.8.
+EXPLAINED = 0.95
 # One in so many draws is of two zones and a response that were fitted to the same lines: each of the two
 # pictures is wrong about other elements (made rocks and vices that chose, measured minerals).
 BENT_SHARE = 2
 TWO_THICK = 0.5  # of what one zone lacks in thick lines, what two lack
-# What is known of a rock's amounts beforehand, where the response has to be found in the same lines: wt % of
-# the upper crust (Rudnick and Gao, Treatise on Geochemistry 3, 1 (2003)), within a factor of five.
-CRUST = {
-    "Si": 31.1, "Al": 8.15, "Fe": 3.92, "Mg": 1.5, "Ca": 2.57, "Na": 2.43, "K": 2.32, "Ti": 0.38,
-}  # fmt: skip
-CRUST_SPREAD = 1.6
-LEANS = 0.5  # of the error that the lines leave; an amount that the crust moves by more says so
+# What is known beforehand where the response has to be found in the same lines: one sample in five is a rock
+# (`rocks`), the others have its main elements within a factor of five; the lines say which.
+ROCKS, ELSE_SPREAD = 0.2, 1.6
+LEANS = 0.5  # of the error that the lines leave; an amount that this moves by more says so
 # Errors beside the spread of the draws, where two zones explain the lines: the cool one is allowed to be less
 # usual than those of made spectra are, on half of which this was counted.
 BESIDE_SPREAD = 0.9
@@ -84,6 +86,11 @@ class _Amounts:
     cool: FloatArray
 
 
+def _found(reduction: Reduction) -> Identified | None:
+    found = reduction.identified
+    return None if found is None else without_merged(found, reduction.profiles)
+
+
 def _amounts(found: Identified | None) -> _Amounts | None:
     if found is None or found.plot is None or found.lines is None:
         return None
@@ -93,7 +100,6 @@ def _amounts(found: Identified | None) -> _Amounts | None:
     if not counted.any():
         return None
     log_mass = plot.log_scale[plot.names] + np.log([WEIGHT.get(name, 1.0) for name in names])
-    log_mass -= _too_bright(found, len(names))
     cool = _cool(found, len(names))
     usual = cool[len(cool) // 2]
     return _Amounts(
@@ -115,14 +121,6 @@ def _cool(found: Identified, n: int) -> FloatArray:
     return -np.array([np.bincount(which, weight * one, n) for one in more]) / total
 
 
-def _too_bright(found: Identified, n: int) -> FloatArray:
-    """The mean of lines' relative errors of area, those of transition probabilities left out; (n,)."""
-    assert found.lines is not None
-    which, weight = _by_element(found)
-    total = np.maximum(np.bincount(which, weight, n), 1e-12)
-    return np.bincount(which, weight * found.lines.relative, n) / total
-
-
 def _by_element(found: Identified) -> tuple[IntArray, FloatArray]:
     """Which of the plot's elements each line is of, and what it weighs; both (lines,)."""
     plot, lines = found.plot, found.lines
@@ -140,7 +138,7 @@ def one_point(
     told: dict[str, list[tuple[float, float, float, int]]] = {}
     for sample, (wt_percent, shots) in enumerate(standards):
         for shot in shots:
-            found = _amounts(shot.identified)
+            found = _amounts(_found(shot))
             if found is None:
                 continue
             own = found.counted & np.array([wt_percent.get(name, 0.0) > 0 for name in found.names])
@@ -173,7 +171,8 @@ def concentrations(
     lacks. Intervals are of the logit of the mass fraction, so that they end within 0 and 100 %.
     points: of a one-point calibration, by element.
     """
-    found, told = reduction.identified, _amounts(reduction.identified)
+    found = _found(reduction)
+    told = _amounts(found)
     if found is None or told is None:
         return {}
     names, counted, log_mass = told.names, told.counted, told.log_mass
@@ -188,7 +187,7 @@ def concentrations(
         own, covariance = _by_standards(told, points, own)
         log_drawn = log_mass + _drawn(covariance)  # a standard's plasma had cooler zones, too
     else:
-        rock = sure & np.isin(names, list(CRUST)) & (closed == "oxides")
+        rock = sure & np.isin(names, ELEMENTS) & (closed == "oxides")
         log_drawn, covariance, beyond, leans = _of_zones(found, told, rock)
         log_mass, own = log_drawn.mean(axis=0), np.hypot(own, beyond)
     counted = _told_well(log_mass + np.log(bound), covariance, counted)
@@ -255,7 +254,7 @@ def _of_zones(
         level = _best(straight) > _best(parts) + SURELY
         parts = straight if level else parts
     # A level response is given up only where lines scatter more than they may by chance.
-    most = 1.0 + (2.0 / len(lines)) ** 0.5 if level else 1.0
+    most = 1.0 + (2.0 / len(lines)) ** 0.5 if level else EXPLAINED
     explained = min(part.scatter for part in parts) <= most
     beyond, thick = 0.0 if explained else _beyond(found), THICK * told.lost
     drawn = _of_two_zones(found, parts, np.hypot(TWO_THICK * thick, beyond))
@@ -278,18 +277,33 @@ def _of_zones(
 
 
 def _as_rocks(drawn: FloatArray, names: TextArray, rock: BoolArray) -> FloatArray:
-    """Draws of ln(mass), (DRAWS, n), with what the crust tells of the elements `rock` beside each other: each
-    draw goes as far toward it as both are known (Evensen, J. Geophys. Res. 99, 10143 (1994))."""
+    """Draws of ln(mass), (DRAWS, n), with what rocks tell of the elements `rock` beside each other: each
+    draw goes as far toward them as both are known (Evensen, J. Geophys. Res. 99, 10143 (1994)). Rocks and
+    other samples have as many of the draws as they are likely with these lines."""
     k = int(rock.sum())
     if k < 2:
         return drawn
-    among = np.eye(k) - 1.0 / k  # the level of all is not known
-    usual = np.log([CRUST[name] for name in names[rock].tolist()])
+    # The level of all is not known: differences, as orthogonal directions.
+    among = np.linalg.svd(np.eye(k) - 1.0 / k)[0][:, : k - 1]
+    mean, together = of_rocks(tuple(names[rock].tolist()))
+    usual = mean @ among
+    kinds = [among.T @ together @ among, ELSE_SPREAD**2 * np.eye(k - 1)]
     shares, off = drawn[:, rock] @ among, drawn - drawn.mean(axis=0)
     off_shares = off[:, rock] @ among
-    known = off_shares.T @ off_shares / len(drawn) + CRUST_SPREAD**2 * np.eye(k)
-    gain = np.linalg.solve(known, off_shares.T @ off / len(drawn))
-    return drawn + (usual @ among + CRUST_SPREAD * _normal(k)[::-1] @ among - shares) @ gain
+    of_lines, away = off_shares.T @ off_shares / len(drawn), usual - shares.mean(axis=0)
+    log_odds = np.log([ROCKS, 1 - ROCKS])
+    for n, kind in enumerate(kinds):
+        both = of_lines + kind
+        log_odds[n] -= 0.5 * (np.linalg.slogdet(both)[1] + away @ np.linalg.solve(both, away))
+    part = float(1.0 / (1.0 + np.exp(np.clip(log_odds[1] - log_odds[0], -50, 50))))
+    half = len(drawn) // 2
+    is_rock = np.tile(np.random.default_rng(1).permutation(half) < round(part * half), 2)
+    found = drawn.copy()
+    for kind, own in zip(kinds, (is_rock, ~is_rock), strict=True):
+        gain = np.linalg.solve(of_lines + kind, off_shares.T @ off / len(drawn))
+        toward = usual + _normal(k - 1)[::-1][own] @ np.linalg.cholesky(kind).T
+        found[own] += (toward - shares[own]) @ gain
+    return found
 
 
 def _best(parts: list[CoolPart]) -> float:
@@ -309,7 +323,7 @@ def _of_two_zones(found: Identified, parts: list[CoolPart], own: FloatArray) -> 
     for k in np.unique(which):
         covariance = parts[k].covariance + np.diag(own**2)
         drawn[which == k] = parts[k].log_scale + _drawn(covariance)[which == k]
-    return drawn + weight - _too_bright(found, len(names))
+    return drawn + weight
 
 
 def _told_well(log_mass: FloatArray, covariance: FloatArray, counted: BoolArray) -> BoolArray:

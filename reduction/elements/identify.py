@@ -140,7 +140,7 @@ def identify(
     if not indexed.accepted:
         return Identified(known, expected, expected.log_area, offsets, matched, indexed, None, None)
     hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
-    density = _density(hydrogen)
+    density = known_density(hydrogen)
     lines = plot_lines(peaks, known, expected.log_area, matched, indexed)
     level = _level_bend(_range(x), tuple(seams_nm.tolist()))
     plot = fit_plot(lines, density, start_k, ROUGH_STEPS, level)
@@ -161,7 +161,7 @@ def identify(
     if response is not None:
         gain = response.at(expected.vacuum_nm)
         lines = plot_lines(peaks, known, expected.log_area, matched, indexed, gain)
-        missing = _missing_lines(known, expected, matched, indexed)
+        missing = missing_lines(known, expected, matched, indexed)
         at = response.knots_nm
         loose = Bend(at, response.log_gain, stiffness(at, seams_nm, LOOSE))
         plot = fit_plot(lines, density, start_k, ROUGH_STEPS, loose, missing)
@@ -199,9 +199,9 @@ def identify(
         bend, missing = level, None
         if response is not None:
             bend = replace(loose, start=response.log_gain)
-            missing = _missing_lines(known, expected, matched, indexed)
+            missing = missing_lines(known, expected, matched, indexed)
         kelvin = plot.temperature_k if plot else start_k
-        plot = fit_plot(lines, _density(hydrogen), kelvin, STEPS, bend, missing, last)
+        plot = fit_plot(lines, known_density(hydrogen), kelvin, STEPS, bend, missing, last)
         if response is not None and plot is not None:
             response = plot.response
     if plot is not None and plot.response is not None:
@@ -234,7 +234,7 @@ def _gone(known: Catalogue, expected: Expected, matched: Matched, indexed: Index
     return entries[gone], above[gone]
 
 
-def _missing_lines(known: Catalogue, expected: Expected, matched: Matched, indexed: Indexed):
+def missing_lines(known: Catalogue, expected: Expected, matched: Matched, indexed: Indexed):
     entries, _ = _gone(known, expected, matched, indexed)
     if not len(entries):
         return None
@@ -323,7 +323,7 @@ def _from_h_alpha(hydrogen: HAlpha | None) -> FloatArray:
     return bonus
 
 
-def _density(hydrogen: HAlpha | None) -> Known | None:
+def known_density(hydrogen: HAlpha | None) -> Known | None:
     if hydrogen is None:
         return None
     return Known(hydrogen.log10_ne * np.log(10), hydrogen.log10_ne_error * np.log(10))

@@ -7,7 +7,8 @@ from truth import with_vice
 from labrun.drivers.simulated.twins.shot import ShotMaker
 from labrun.reduction import Spectrum, read_spectrum, reduce_spectrum
 from labrun.reduction.calibration import closure
-from labrun.reduction.calibration.closure import CRUST, SURELY, _drawn, concentrations, one_point
+from labrun.reduction.calibration.closure import SURELY, _drawn, concentrations, one_point
+from labrun.reduction.calibration.rocks import of_rocks
 from labrun.reduction.lines.formula import WEIGHT, with_oxygen
 from labrun.reduction.plasma import cool_part
 from labrun.reduction.plasma.boltzmann import CALIBRATION, Bend, fit_plot
@@ -107,19 +108,6 @@ def test_a_second_standard_shows_how_unlike_plasmas_are(core):
     assert errors(one) > 1.01 * errors(two)  # calcium ionises little more easily than silicon
 
 
-def test_what_stands_barely_above_the_noise_is_found_too_bright(core):
-    def told(more):
-        lines = core.identified.lines
-        error = np.where(
-            lines.element == lines.element[0], np.hypot(lines.error, more), lines.error
-        )
-        found = replace(core.identified, lines=replace(lines, error=error))
-        name = str(atoms().elements[lines.element[0]])
-        return concentrations(replace(core, identified=found), "oxides")[name].wt_percent
-
-    assert told(0.3) < told(0.0)
-
-
 @pytest.mark.parametrize("response", [None, LEVEL_RESPONSE])
 def test_lines_that_scatter_beyond_their_errors_make_amounts_unsure(core, monkeypatch, response):
     plot, lines = core.identified.plot, core.identified.lines
@@ -161,15 +149,23 @@ def test_the_pictures_of_one_zone_and_of_two_are_both_drawn_where_lines_told_the
 
 def test_what_lines_leave_open_goes_toward_what_rocks_are_made_of():
     names, rock = np.array(["Si", "K", "Li", "Al"]), np.array([True, True, False, True])
+    usual = of_rocks(("Si", "K", "Al"))[0]
     errors = np.array([0.05, 1.5, 0.5, 0.05])
-    found = np.log([30.0, 40.0, 1.0, 8.0])
-    drawn = closure._as_rocks(found + _drawn(np.diag(errors**2)), names, rock)
-    beside = drawn - drawn[:, :1]
-    moved = beside.mean(axis=0) - (found - found[0])
 
-    assert moved[[2, 3]] == pytest.approx(0, abs=0.02)  # not of the crust, and well known
-    assert 0.3 < moved[1] / np.log(CRUST["K"] / CRUST["Si"] * 30 / 40) < 0.45
-    assert 0.7 < beside[:, 1].std() / errors[1] < 0.9
+    def moved(potassium):
+        """How far potassium goes toward rocks, what its error is then, and where the others go."""
+        found = np.array([usual[0], usual[1] + potassium, 0.0, usual[2]])
+        drawn = closure._as_rocks(found + _drawn(np.diag(errors**2)), names, rock)
+        beside = drawn - drawn[:, :1]
+        off = beside.mean(axis=0) - (found - found[0])
+        return -off[1] / potassium, beside[:, 1].std(), off[[2, 3]]
+
+    near, far = moved(1.5), moved(8.0)
+
+    assert near[2] == pytest.approx(0, abs=0.05)  # not of the eight elements, and well known
+    assert 0.3 < far[0] < near[0] < 0.7  # far from all rocks, it is likely none
+    assert near[1] < errors[1] > far[1]
+    drawn = _drawn(np.eye(4))
     assert closure._as_rocks(drawn, names, ~rock) is drawn
 
 
