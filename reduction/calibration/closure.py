@@ -205,7 +205,7 @@ def concentrations(
     for k in np.flatnonzero(counted):
         doubt = () if sure[k] else ("uncertain",)
         doubt += () if names[k] in (points or {}) else uncalibrated
-        doubt += ("in part from the crust",) if leans[k] else ()
+        doubt += ("in part from usual rocks",) if leans[k] else ()
         low, high = np.quantile(parts[:, k], [0.025, 0.975])
         said[str(names[k])] = Concentration(
             float(parts[:, k].mean()), float(parts[:, k].std()), float(low), float(high), (*doubt, *flags)
@@ -243,8 +243,8 @@ def _of_zones(
     found: Identified, told: _Amounts, rock: BoolArray
 ) -> tuple[FloatArray, FloatArray, float, BoolArray]:
     """Draws of ln(mass) of the plot's elements, of one zone and of two, (DRAWS, n); their covariance, (n, n);
-    what neither explains, of each; and which the crust has moved by much of their error, (n,). rock: of which
-    elements the crust tells something, (n,)."""
+    what neither explains, of each; and which usual rocks have moved by much of their error, (n,). rock: of which
+    elements they tell something, (n,)."""
     plot, lines, bend = found.plot, found.lines, found.bend
     assert plot is not None and lines is not None and bend is not None
     parts, level = cool_parts(lines, plot, bend), True

@@ -15,7 +15,6 @@ from labrun.reduction.plasma.boltzmann import CALIBRATION, Bend, fit_plot
 from labrun.reduction.plasma.cool_part import PARTS, cool_parts
 from labrun.reduction.plasma.growth import log_depth_of_unit
 from labrun.reduction.plasma.response import LEVEL, LOOSE, Response, stiffness
-from labrun.reduction.plasma.strengths import atoms
 
 LEVEL_RESPONSE = Response(np.array([200.0, 900.0]), np.zeros(2), np.ones(2))
 
