@@ -243,8 +243,8 @@ def _of_zones(
     found: Identified, told: _Amounts, rock: BoolArray
 ) -> tuple[FloatArray, FloatArray, float, BoolArray]:
     """Draws of ln(mass) of the plot's elements, of one zone and of two, (DRAWS, n); their covariance, (n, n);
-    what neither explains, of each; and which usual rocks have moved by much of their error, (n,). rock: of which
-    elements they tell something, (n,)."""
+    what neither explains, of each; and which usual rocks have moved by much of their error, (n,). rock: of
+    which elements they tell something, (n,)."""
     plot, lines, bend = found.plot, found.lines, found.bend
     assert plot is not None and lines is not None and bend is not None
     parts, level = cool_parts(lines, plot, bend), True
