@@ -13,7 +13,7 @@ from .elements.elements import (
     predominant_line,
     with_hydrogen,
 )
-from .elements.evidence import Evidence, evidence
+from .elements.evidence import Evidence, beyond_chance, evidence
 from .elements.far_off import IN_GAS, SOLID, shifts
 from .elements.identify import Identified, identify
 from .elements.index import ENOUGH
@@ -32,6 +32,8 @@ FIRST_LINE_NM, LAST_LINE_NM = 190.0, 961.0  # of the line table
 FAR_OFF_NM = 0.1  # an offset that is worth a word
 LITTLE, LEAST_BRIGHT, BRIGHT = 0.1, 4, 10.0  # of that light; peaks of so many errors: worth a word
 BETTER, LEAST_WEIGHT = 1.5, 60.0  # evidence with a moved axis: times that without, and at least
+# ln of the odds that its lines agree against chance, which has tried 401 shifts in two media: 1 in 1,000.
+BEYOND_CHANCE = float(np.log(2 * 401 * 1_000))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,7 +122,7 @@ def reduce_spectrum(
         if np.abs(moved).max() <= FURTHEST_NM or np.any(np.diff(x) <= 0):
             continue
         other = _reduced(replace(spectrum, wavelength_nm=x), asked, medium)
-        if _weight(other) >= max(least, _weight(best)):
+        if _weight(other) >= max(least, _weight(best)) and _agrees(other):
             note = _moved(spectrum.wavelength_nm, moved)
             best = replace(other, notes=(note, *other.notes))
     return replace(best, notes=(*best.notes, *_unexplained(best)))
@@ -135,6 +137,12 @@ def _unexplained(found: Reduction) -> tuple[str, ...]:
         f"the elements found explain {part:.0%} of the light of the strongest peaks: are the wavelengths "
         "in nm and calibrated, and is this the light of a plasma?",
     )
+
+
+def _agrees(found: Reduction) -> bool:
+    """Whether more lines agree in place and area than any shift would bring about by chance."""
+    lines = found.identified
+    return lines is not None and beyond_chance(lines, found.peaks) >= BEYOND_CHANCE
 
 
 def _weight(found: Reduction) -> float:

@@ -1,18 +1,20 @@
 """The evidence for each element, in text and numbers that can be checked on the spectrum."""
 
 from dataclasses import dataclass
+from math import lgamma, log
 from typing import Literal
 
 import numpy as np
 
 from ..peaks.voigt import VoigtPeaks
 from ..plasma.strengths import atoms
-from ..spectrum.spectrum import BoolArray, FloatArray
-from .abundance_prior import COMPANY
-from .evidence_score import best_entries
+from ..spectrum.spectrum import BoolArray, FloatArray, IntArray
+from .abundance_prior import COMPANY, log_odds
+from .evidence_score import CANDIDATES, LOG_AREA_RANGE, best_entries
 from .faint_lines import ENOUGH, explained
-from .identify import Identified
+from .identify import FIRST_K, SECOND_SPREAD, Identified
 from .index import CERTAIN, DETECTED, DETECTED_ALONE, UNCERTAIN
+from .index import ENOUGH as KNOWN
 
 Status = Literal["detected", "uncertain", "absent"]
 CONFOUNDS = 0.2  # part of a peak that another element may have, from which it is named
@@ -20,6 +22,10 @@ NAN = float("nan")
 FEW, CLEAR = 3, 15.0  # a weight of less, on so few peaks, is held against the whole line table
 ALONE = 15.0  # the weight of an element that hardly comes without others, and none of them is there
 SINGLE = 8.0  # errors of its area that the only line of an element must have
+# Where hardly any light is explained, an element with as many lines due needs more of them to agree than
+# any of all elements would find by chance. In place (errors) and in area (spreads):
+MANY, IN_PLACE, IN_AREA = 20, 2.0, 1.5
+TERMS = 60  # of the sum of Poisson's law
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,10 +111,7 @@ def _of(
     matched = identified.matched
     score = float(identified.indexed.weight[e])
     limit = float(matched.limit[best])
-    entries = _entries(identified, e)
-    expected = np.exp(identified.effective[entries] + identified.indexed.log_scale[e])
-    shows = (expected > matched.limit[entries]) & (matched.peak[entries] > -3)
-    due = entries.start + np.flatnonzero(shows)
+    due = _due(identified, e)
     there = due[matched.peak[due] >= 0]
     line_nm, area, error = float(matched.shown_nm[best]), 0.0, NAN
     if len(there):
@@ -125,6 +128,9 @@ def _of(
         own_alone = own[explained(identified, peaks, own, e) < ENOUGH]
         clear = peaks.area[own_alone] > SINGLE * peaks.area_error[own_alone]
         sure = len(own_alone) > 1 or bool(clear.any())
+    doubtful = sure and len(due) >= MANY and log_odds()[e] < 0.0
+    if doubtful and identified.indexed.explained(peaks.area) < KNOWN:
+        sure = _against_chance(identified, peaks, due, e) >= _tried() + DETECTED
     status: Status = "detected" if sure else "uncertain"
     names, good = claimed
     rivals = tuple(
@@ -132,6 +138,57 @@ def _of(
     )
     return Evidence(name, status, score, len(there), len(due), line_nm, area, error,
                     rivals, limit)  # fmt: skip
+
+
+def beyond_chance(identified: Identified, peaks: VoigtPeaks) -> float:
+    """ln of the odds that the accepted elements' lines agree with the peaks, against chance, all together."""
+    each = (
+        _against_chance(identified, peaks, _due(identified, e), e) - _tried()
+        for e in identified.indexed.accepted
+    )
+    return sum(max(said, 0.0) for said in each)
+
+
+def _tried() -> float:
+    """ln of how many elements, brightnesses and temperatures chance had."""
+    return log(len(atoms().elements) * CANDIDATES * len(FIRST_K))
+
+
+def _due(identified: Identified, e: int) -> IntArray:
+    """Entries of an element that should stand out, ascending."""
+    entries = _entries(identified, e)
+    expected = np.exp(identified.effective[entries] + identified.indexed.log_scale[e])
+    shows = (expected > identified.matched.limit[entries]) & (identified.matched.peak[entries] > -3)
+    return entries.start + np.flatnonzero(shows)
+
+
+def _against_chance(identified: Identified, peaks: VoigtPeaks, due: IntArray, e: int) -> float:
+    """-ln of the odds that as many of an element's lines agree in place and area by chance, at least 0.
+
+    due: entries that should show. One line that agrees says nothing: it told how bright the element is.
+    The others fall on peaks as Poisson's law says, as densely as peaks lie around them.
+    """
+    matched, peak = identified.matched, identified.matched.peak[due]
+    spread = np.hypot(SECOND_SPREAD, identified.catalogue.uncertainty[due])
+    expected = identified.effective[due] + identified.indexed.log_scale[e]
+    agrees = (peak >= 0) & (matched.away[due] < IN_PLACE)
+    agrees &= np.abs(matched.log_peak[peak] - expected) < IN_AREA * spread
+    beside = np.searchsorted(peaks.centre_nm, matched.shown_nm[due])
+    chance = matched.chance[np.minimum(beside, len(peaks) - 1)] * 2 * IN_PLACE
+    by_chance = chance * np.minimum(2 * IN_AREA * spread / LOG_AREA_RANGE, 1.0)
+    return _above(len(np.unique(peak[agrees])) - 1, float(np.minimum(by_chance, 1.0).sum()))
+
+
+def _above(number: int, mean: float) -> float:
+    """-ln of how likely so many or more are, of Poisson's law."""
+    if number <= 0:
+        return 0.0
+    first = number * log(mean) - mean - lgamma(number + 1)
+    part = more = 1.0
+    for k in range(number + 1, number + TERMS):
+        part *= mean / k
+        more += part
+    return max(-first - log(more), 0.0)
 
 
 def _stands_alone(identified: Identified, name: str, area: float, error: float) -> bool:
