@@ -163,7 +163,7 @@ def identify(
         lines = plot_lines(peaks, known, expected.log_area, matched, indexed, gain)
         missing = missing_lines(known, expected, matched, indexed)
         at = response.knots_nm
-        loose = Bend(at, response.log_gain, stiffness(at, seams_nm, LOOSE))
+        loose = Bend(at, response.log_gain, stiffness(at, seams_nm, LOOSE), found=True)
         plot = fit_plot(lines, density, start_k, ROUGH_STEPS, loose, missing)
         response = response if plot is None else plot.response
 

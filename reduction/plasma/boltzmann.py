@@ -15,7 +15,15 @@ import numpy as np
 from ..spectrum.curve import median
 from ..spectrum.spectrum import FloatArray, IntArray
 from .growth import growth_table, log_depth_of_unit
-from .plot_fit import COOLEST_K, HOTTEST_K, LEAST_LN_NE, MOST_LN_NE, gauss_newton, trust
+from .plot_fit import (
+    COOLEST_K,
+    HOTTEST_K,
+    LEAST_LN_NE,
+    MOST_LN_NE,
+    OUTLIER,
+    gauss_newton,
+    trust,
+)
 from .response import Response, between
 from .strengths import GRID_K, atoms, log_strengths, present
 
@@ -25,6 +33,8 @@ CALIBRATION = 0.08  # of ln(area): efficiency, background, the model itself
 # What one zone in equilibrium lacks, as a part of T: at all, and for each e-fold of light that the
 # thicker lines lost. Measured on spectra of one and two zones, half of them (benchmarks/coverage.py).
 UNIFORM, THICK = 0.015, 0.035
+LEAST_SLOPE = 0.2  # of the lines' mean influence
+FEW = 10.0  # lines, by which the scatter of the others is taken to be as their errors say
 FAR, USUAL_SQUARE = 9.0, 0.995  # z^2 of an outlier; mean of z^2 of a normal law, at most FAR each
 MOST_MISFIT, HALVINGS = 2.0, 12  # of ln(area)
 STEPS = 10
@@ -85,7 +95,8 @@ class Plot:
     shape (e,), NaN where it has no line. kept: part of its light that each line kept. residual:
     ln(area) minus the model. flags: warnings for the user. response: None where a fixed one was
     assumed. names, covariance: elements of the plot, (k,), and the covariance of ln of their
-    amounts, (k, k), all else unknown.
+    amounts, (k, k), all else unknown. scatter: what their variances are times those of `covariance`, by
+    what the lines really scatter (see `scatter`).
     """
 
     temperature_k: float
@@ -101,6 +112,7 @@ class Plot:
     response: Response | None
     names: IntArray
     covariance: FloatArray
+    scatter: float
 
     @property
     def lost(self) -> float:
@@ -130,11 +142,12 @@ class Known:
 @dataclass(frozen=True, slots=True, eq=False)
 class Bend:
     """The response beforehand: knots (vacuum nm) and where to begin from, (k,); stiff: the inverse
-    of its covariance, (k, k)."""
+    of its covariance, (k, k). found: whether lines told it."""
 
     knots_nm: FloatArray
     start: FloatArray
     stiff: FloatArray
+    found: bool = False
 
 
 def fit_plot(
@@ -183,7 +196,7 @@ def fit_plot(
         )  # fmt: skip
         plot = _as_plot(
             p, covariance, kept[:n_seen], residual[:n_seen], sigma[:n_seen], own, names,
-            which[:n_seen], bend.knots_nm,
+            which[:n_seen], bend,
         )  # fmt: skip
         if chi2 is not None:
             return replace(plot, chi2=chi2)
@@ -212,6 +225,22 @@ def misfit(residual: FloatArray, sigma: FloatArray, free: int) -> float:
     return 0.5 * (low + high)
 
 
+def scatter(z: FloatArray, free: float) -> float:
+    """Variance of what is fitted to lines over that of their weights alone, z: residual / error, (n,).
+
+    Where lines agree better than the classes of their transition probabilities allow, all is known better.
+    A weighted chi2 does not tell: outliers lose their weight, and of honest errors it is 0.67 (Huber, Ann.
+    Stat. 1, 799 (1973)). FEW lines more are counted that scatter as their errors say.
+    """
+    say = trust(z)
+    slope = say - 4.0 * (z / OUTLIER) ** 2 * say * np.sqrt(say)  # of the influence, say * z
+    free = max(free, 1.0)
+    own = (
+        np.mean(say) * np.sum((say * z) ** 2) / free / max(float(np.mean(slope)), LEAST_SLOPE) ** 2
+    )
+    return float((FEW + free * own) / (FEW + free))
+
+
 def _rows(lines: PlotLines, which: IntArray):
     a = atoms()
     return (
@@ -236,11 +265,15 @@ def _start(lines: PlotLines, which, seen, density: Known, start_k: float, gain, 
     return p, toward, prior
 
 
-def _as_plot(p, covariance, kept, residual, sigma, lines, names, which, knots_nm) -> Plot:
+def _as_plot(p, covariance, kept, residual, sigma, lines, names, which, bend: Bend) -> Plot:
     say = trust(residual / sigma)
-    k, n_knots = len(names), len(knots_nm)
+    k, n_knots = len(names), len(bend.knots_nm)
     free = max(float(say.sum()) - (3 + k) + 1.0, 1.0)  # the priors know one of the parameters
     chi2 = float(np.sum(say * (residual / sigma) ** 2) / free)
+    # A response that was found bends to the lines: how well they agree does not tell how well it is known.
+    by_lines = 1.0
+    if not bend.found:
+        by_lines = scatter(residual / sigma, len(lines) - (3 + k) + 1.0) / max(chi2, 1.0)
     covariance = covariance * max(chi2, 1.0)
     error = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     scale = np.full(len(atoms().elements), np.nan)
@@ -252,17 +285,17 @@ def _as_plot(p, covariance, kept, residual, sigma, lines, names, which, knots_nm
         flags.append("upper levels lie close together")
     if np.min(part) < 0.7:
         flags.append("strong lines absorb themselves")
-    by_heat = float(np.sqrt(error[0] ** 2 + UNIFORM**2 + (THICK * _lost(part)) ** 2))
+    by_heat = float(np.sqrt(by_lines * error[0] ** 2 + UNIFORM**2 + (THICK * _lost(part)) ** 2))
     response = None
     if n_knots:
         # The level itself is in the amounts: only differences along the axis have an error here.
         middle = np.eye(n_knots) - 1.0 / n_knots
         own = middle @ covariance[3 + k :, 3 + k :] @ middle
-        response = Response(knots_nm, p[3 + k :], np.sqrt(np.maximum(np.diag(own), 0.0)))
+        response = Response(bend.knots_nm, p[3 + k :], np.sqrt(np.maximum(np.diag(own), 0.0)))
     plot = Plot(
         kelvin, kelvin * by_heat, float(p[1] / np.log(10)), float(error[1] / np.log(10)),
         float(p[2]), scale, part, residual, chi2, tuple(flags), response, names,
-        covariance[3 : 3 + k, 3 : 3 + k],
+        covariance[3 : 3 + k, 3 : 3 + k], by_lines,
     )  # fmt: skip
     if plot.temperature_at_bound:
         flags.append("the lines do not tell the temperature")

@@ -98,7 +98,7 @@ def _relative_error(lines: PlotLines, plot: Plot) -> float:
     log_amount = np.where(counted, plot.log_scale[plot.names], -np.inf)
     parts = np.exp(log_amount - log_amount.max())
     turn = np.where(atoms().elements[plot.names] == "Li", 1.0, 0.0) - parts / parts.sum()
-    fitted = max(float(turn @ plot.covariance @ turn), 0.0)
+    fitted = max(plot.scatter * float(turn @ plot.covariance @ turn), 0.0)
     apart = np.hypot(APART, THICK_BY_HEAT * plot.lost)
     return float(np.sqrt(fitted + (apart * (turn @ _by_heat(lines, plot))) ** 2))
 

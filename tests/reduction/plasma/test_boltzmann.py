@@ -3,8 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from labrun.reduction.plasma.boltzmann import Bend, Known, PlotLines, fit_plot, misfit
+from labrun.reduction.plasma.boltzmann import Bend, Known, PlotLines, fit_plot, misfit, scatter
 from labrun.reduction.plasma.growth import log_depth_of_unit
+from labrun.reduction.plasma.plot_fit import trust
 from labrun.reduction.plasma.response import LOOSE, knots, stiffness
 
 from .uniform_plasma import lines_at
@@ -106,3 +107,15 @@ def test_misfit_is_what_the_lines_scatter_by_beyond_their_errors(more):
     sigma = rng.uniform(0.05, 0.3, 2_000)
     found = misfit(rng.normal(0.0, np.hypot(sigma, more)), sigma, len(sigma))
     assert found == pytest.approx(more, rel=0.1, abs=0.03)
+
+
+@pytest.mark.parametrize("off", [0.7, 1.0, 1.4])
+def test_what_lines_scatter_tells_how_well_their_mean_is_known(off):
+    lines = np.random.default_rng(8).normal(0.0, off, (2_000, 60))  # in their errors
+    mean = np.zeros((2_000, 1))
+    for _ in range(12):
+        say = trust(lines - mean)
+        mean = (say * lines).sum(axis=1, keepdims=True) / say.sum(axis=1, keepdims=True)
+    told = [scatter(z, 59) / trust(z).sum() for z in lines - mean]
+
+    assert np.mean(told) == pytest.approx(np.var(mean), rel=0.25)
