@@ -229,7 +229,8 @@ def _notes(x: FloatArray, averaged: int, shared: int, profiles: Profiles) -> tup
 def _of_instrument(intensity: FloatArray, offsets: Offsets) -> tuple[str, ...]:
     """What was noticed of counts and axis, and allowed for."""
     notes = []
-    counts = intensity[np.isfinite(intensity)]
+    finite = np.isfinite(intensity)
+    counts = intensity if finite.all() else intensity[finite]
     cut = np.count_nonzero(cut_off(counts))
     if cut:
         notes.append(

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..lines.lines import of_lines
-from ..plasma.strengths import atoms, log_strengths
+from ..plasma.strengths import atoms, held_by_states, log_strengths
 from ..spectrum.kernel import kernel
 from ..spectrum.spectrum import FloatArray, IntArray
 from .abundance_prior import LOG_ODDS, log_odds
@@ -48,10 +48,14 @@ class Catalogue:
 
     def strengths(self, temperature_k: float, density_per_cm3: float) -> "Expected":
         """Expected line of each entry at a temperature and density."""
-        log = log_strengths(self.rows, temperature_k, density_per_cm3)
+        a = atoms()
+        held, inverse = held_by_states(temperature_k, density_per_cm3)
         return Expected(
-            *_summed(log, atoms().wavelength_nm[self.rows], self.entry, len(self.leader))
-        )
+            *_summed(
+                self.rows, self.entry, len(self.leader), held, float(inverse[0]), a.log_ga, a.species,
+                a.e_k_ev, a.wavelength_nm,
+            )
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,9 +94,12 @@ def catalogue(first_nm: float, last_nm: float, apart_nm: float) -> Catalogue:
 
 
 @kernel
-def _summed(log, wavelength_nm, entry, n):
+def _summed(rows, entry, n, held, inverse, log_ga, species, e_k_ev, wavelength_nm):
     """ln of the sum of each entry's strengths, and their mean wavelength; rows in order of entry."""
-    log_sum, mean_nm = np.empty(n), np.empty(n)
+    log_sum, mean_nm, log = np.empty(n), np.empty(n), np.empty(len(rows))
+    for i in range(len(rows)):
+        row = rows[i]
+        log[i] = log_ga[row] + held[species[row]] + inverse * e_k_ev[row]
     i = 0
     for k in range(n):
         begin, top = i, log[i]
@@ -100,13 +107,13 @@ def _summed(log, wavelength_nm, entry, n):
             top = max(top, log[i])
             i += 1
         if i == begin + 1:  # as most are
-            log_sum[k], mean_nm[k] = top, wavelength_nm[begin]
+            log_sum[k], mean_nm[k] = top, wavelength_nm[rows[begin]]
             continue
         total, moment = 0.0, 0.0
         for j in range(begin, i):
             weight = np.exp(log[j] - top)
             total += weight
-            moment += weight * wavelength_nm[j]
+            moment += weight * wavelength_nm[rows[j]]
         log_sum[k], mean_nm[k] = np.log(total) + top, moment / total
     return log_sum, mean_nm
 

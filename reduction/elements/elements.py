@@ -84,13 +84,14 @@ def find_elements(
     offsets = offsets or Offsets.none("air")
     bright = np.flatnonzero(peaks.area > 0)
     centre_nm, error = peaks.centre_nm[bright], peaks.area_error[bright]
-    for element in asked:
-        line = predominant_line(element)
-        line_nm = offsets.place(line.wavelength_nm)
+    lines = [predominant_line(element) for element in asked]
+    places = [offsets.place(line.wavelength_nm) for line in lines]
+    away = np.abs(centre_nm - np.array(places)[:, None])
+    at_best = away.argmin(axis=1).tolist() if len(bright) else [-1] * len(asked)
+    for element, line, line_nm, nearest in zip(asked, lines, places, at_best, strict=True):
         if not range_nm[0] <= line_nm <= range_nm[1]:
             found[element] = ElementPeak(line, "outside the spectrum")
             continue
-        nearest = int(np.argmin(np.abs(centre_nm - line_nm))) if len(bright) else -1
         if nearest < 0 or abs(centre_nm[nearest] - line_nm) > TOLERANCE_NM:
             found[element] = ElementPeak(line, "no peak")
         else:

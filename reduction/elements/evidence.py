@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import lgamma, log
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from ..peaks.voigt import VoigtPeaks
 from ..plasma.strengths import atoms
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray
 from .abundance_prior import COMPANY, log_odds
-from .evidence_score import CANDIDATES, LOG_AREA_RANGE, best_entries
+from .evidence_score import BAD, CANDIDATES, LOG_AREA_RANGE, best_entries
 from .faint_lines import ENOUGH, explained
 from .identify import FIRST_K, SECOND_SPREAD, Identified
 from .index import CERTAIN, DETECTED, DETECTED_ALONE, UNCERTAIN
@@ -52,7 +52,7 @@ class Evidence:
 
 def evidence(identified: Identified, peaks: VoigtPeaks) -> dict[str, Evidence]:
     """Evidence of every element that has a line within the spectrum, by symbol."""
-    claimed = _claims(identified, peaks)
+    due = _due(identified, peaks)
     names = atoms().elements.tolist()
     first, matched = identified.catalogue.first, identified.matched
     best = best_entries(first, identified.effective, matched.peak)
@@ -66,7 +66,7 @@ def evidence(identified: Identified, peaks: VoigtPeaks) -> dict[str, Evidence]:
                 names[e], "absent", score[e], 0, 0, line_nm[e], 0.0, NAN, (), limit[e]
             )
         else:
-            found[names[e]] = _of(identified, peaks, e, names[e], claimed, int(best[e]), above)
+            found[names[e]] = _of(identified, peaks, e, names[e], due, int(best[e]), above)
     return found
 
 
@@ -86,40 +86,62 @@ def _least(name: str, above: FloatArray, *, certain: bool) -> float:
     return DETECTED if certain else DETECTED_ALONE
 
 
-def _claims(identified: Identified, peaks: VoigtPeaks) -> tuple[list[str], BoolArray]:
-    """The likely elements (l,), and which peaks each should have a good part of, (l, k)."""
-    likely = np.flatnonzero(identified.indexed.weight > UNCERTAIN)
+class _Due(NamedTuple):
+    """Of the elements that are likely: their names (l,), and which peaks each should have a good part of,
+    (l, k). By element, its entries that should show, and those of them that have a peak."""
+
+    names: list[str]
+    good: BoolArray
+    shows: dict[int, IntArray]
+    there: dict[int, IntArray]
+
+
+def _due(identified: Identified, peaks: VoigtPeaks) -> _Due:
+    matched, spans = identified.matched, identified.catalogue.spans
+    likely = np.flatnonzero(identified.indexed.weight >= UNCERTAIN)
     good = np.zeros((len(likely), len(peaks)), dtype=np.bool_)
     least = CONFOUNDS * peaks.area
+    due: dict[int, IntArray] = {}
+    there: dict[int, IntArray] = {}
     for row, e in enumerate(likely.tolist()):
-        entries = _entries(identified, e)
-        which = identified.matched.peak[entries]
+        own = spans[e]
+        which = matched.peak[own]
         seen = which >= 0
-        area = np.exp(identified.effective[entries][seen] + identified.indexed.log_scale[e])
-        good[row] = np.bincount(which[seen], area, len(peaks)) > least
-    return atoms().elements[likely].tolist(), good
+        area = _expected(identified, e)
+        good[row] = np.bincount(which[seen], area[seen], len(peaks)) > least
+        shows = _shows(identified, e, area)
+        due[e], there[e] = own[shows], own[shows & seen]
+    return _Due(atoms().elements[likely].tolist(), good, due, there)
 
 
-def _entries(identified: Identified, e: int) -> slice:
-    return slice(identified.catalogue.first[e], identified.catalogue.first[e + 1])
+def _expected(identified: Identified, e: int) -> FloatArray:
+    """The areas of an element's lines."""
+    own = identified.catalogue.spans[e]
+    return np.exp(identified.effective[own] + identified.indexed.log_scale[e])
+
+
+def _shows(identified: Identified, e: int, area: FloatArray) -> BoolArray:
+    """Which of an element's lines should stand out."""
+    own, matched = identified.catalogue.spans[e], identified.matched
+    return (area > matched.limit[own]) & (matched.peak[own] > BAD)
 
 
 def _of(
-    identified: Identified, peaks: VoigtPeaks, e: int, name: str, claimed, best: int,
+    identified: Identified, peaks: VoigtPeaks, e: int, name: str, due: _Due, best: int,
     above: FloatArray,
 ) -> Evidence:  # fmt: skip
     matched = identified.matched
     score = float(identified.indexed.weight[e])
     limit = float(matched.limit[best])
-    due = _due(identified, e)
-    there = due[matched.peak[due] >= 0]
+    shows = due.shows[e]
+    which = matched.peak[due.there[e]]
     line_nm, area, error = float(matched.shown_nm[best]), 0.0, NAN
-    if len(there):
-        top = there[np.argmax(peaks.area[matched.peak[there]])]
-        k = matched.peak[top]
-        line_nm, area = float(matched.shown_nm[top]), float(peaks.area[k])
-        error = float(peaks.area_error[k])
-    own = np.flatnonzero(np.bincount(matched.peak[there]))
+    if len(which):
+        top = int(np.argmax(peaks.area[which]))
+        k = which[top]
+        line_nm, area = float(matched.shown_nm[due.there[e][top]]), float(peaks.area[k])
+        error = float(np.sqrt(peaks.covariance[k, 0, 0]))
+    own = np.array(sorted(set(which.tolist())), np.int64)
     certain = float(identified.indexed.weight.max()) >= CERTAIN
     sure = float(above[e]) >= _least(name, above, certain=certain) and (
         len(own) > 1 or _stands_alone(identified, name, area, error)
@@ -128,38 +150,31 @@ def _of(
         own_alone = own[explained(identified, peaks, own, e) < ENOUGH]
         clear = peaks.area[own_alone] > SINGLE * peaks.area_error[own_alone]
         sure = len(own_alone) > 1 or bool(clear.any())
-    doubtful = sure and len(due) >= MANY and log_odds()[e] < 0.0
+    doubtful = sure and len(shows) >= MANY and log_odds()[e] < 0.0
     if doubtful and identified.indexed.explained(peaks.area) < KNOWN:
-        sure = _against_chance(identified, peaks, due, e) >= _tried() + DETECTED
+        sure = _against_chance(identified, peaks, shows, e) >= _tried() + DETECTED
     status: Status = "detected" if sure else "uncertain"
-    names, good = claimed
+    claimed = np.any(due.good[:, own], axis=1).tolist()
     rivals = tuple(
-        names[row] for row in np.flatnonzero(good[:, own].any(axis=1)) if names[row] != name
+        other for other, some in zip(due.names, claimed, strict=True) if some and other != name
     )
-    return Evidence(name, status, score, len(there), len(due), line_nm, area, error,
+    return Evidence(name, status, score, len(which), len(shows), line_nm, area, error,
                     rivals, limit)  # fmt: skip
 
 
 def beyond_chance(identified: Identified, peaks: VoigtPeaks) -> float:
     """ln of the odds that the accepted elements' lines agree with the peaks, against chance, all together."""
-    each = (
-        _against_chance(identified, peaks, _due(identified, e), e) - _tried()
-        for e in identified.indexed.accepted
-    )
+    each = []
+    for e in identified.indexed.accepted:
+        shows = _shows(identified, e, _expected(identified, e))
+        due = identified.catalogue.spans[e][shows]
+        each.append(_against_chance(identified, peaks, due, e) - _tried())
     return sum(max(said, 0.0) for said in each)
 
 
 def _tried() -> float:
     """ln of how many elements, brightnesses and temperatures chance had."""
     return log(len(atoms().elements) * CANDIDATES * len(FIRST_K))
-
-
-def _due(identified: Identified, e: int) -> IntArray:
-    """Entries of an element that should stand out, ascending."""
-    entries = _entries(identified, e)
-    expected = np.exp(identified.effective[entries] + identified.indexed.log_scale[e])
-    shows = (expected > identified.matched.limit[entries]) & (identified.matched.peak[entries] > -3)
-    return entries.start + np.flatnonzero(shows)
 
 
 def _against_chance(identified: Identified, peaks: VoigtPeaks, due: IntArray, e: int) -> float:

@@ -153,7 +153,8 @@ def identify(
         seams_nm = gain_steps(x, profiles.counts)
         stepped = len(seams_nm) > 0
     if stepped or not fits:
-        response = _response(every, known, expected, matched, indexed, x, seams_nm)
+        loose = _level_bend(_range(x), tuple(seams_nm.tolist()), LOOSE)
+        response = _response(every, known, expected, matched, indexed, loose)
         if response is None:  # no response that pays for its knots, and yet it may not be level
             level = _level_bend(
                 _range(x), tuple(seams_nm.tolist()), STEPPED if fits else DOUBTFUL
@@ -162,8 +163,7 @@ def identify(
         gain = response.at(expected.vacuum_nm)
         lines = plot_lines(peaks, known, expected.log_area, matched, indexed, gain)
         missing = missing_lines(known, expected, matched, indexed)
-        at = response.knots_nm
-        loose = Bend(at, response.log_gain, stiffness(at, seams_nm, LOOSE), found=True)
+        loose = replace(loose, start=response.log_gain, found=True)
         plot = fit_plot(lines, density, start_k, ROUGH_STEPS, loose, missing)
         response = response if plot is None else plot.response
 
@@ -253,12 +253,12 @@ def _unsure(plot: Plot | None, response: Response | None, vacuum_nm: FloatArray)
 
 def _response(
     lines: PlotLines, known: Catalogue, expected: Expected, matched: Matched, indexed: Indexed,
-    x: FloatArray, seams_nm: FloatArray,
+    bend: Bend,
 ) -> Response | None:  # fmt: skip
     """What the response is off by, from the lines of the accepted elements; None if it is level."""
     entries, above = _gone(known, expected, matched, indexed)
     missing = Missing(known.element[entries], expected.vacuum_nm[entries], above)
-    found = find_response(lines, missing, CONDITIONS, _range(x), seams_nm)
+    found = find_response(lines, missing, CONDITIONS, bend)
     return None if found is None else found[0]
 
 

@@ -1,6 +1,7 @@
 """Match every expected line with its peak, or give the reason why there is none."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -100,22 +101,42 @@ def match_lines(
     their full Stark widths, both (entries,): a broad one must be brighter to stand out.
     order: in which the lines nearly ascend, which makes it quick.
     """
-    peaks = profiles.peaks
     order = np.argsort(vacuum_nm) if order is None else order
-    error = np.sqrt(np.maximum(peaks.covariance[:, 1, 1], 0.0))
-    error[np.isnan(error)] = 0.0
+    seen = _seen(profiles)
     shown, which, away, limit, hidden = _match(
         _Places(vacuum_nm, stark_nm, order),
         _Axis(x, profiles.slit.sigma_nm, profiles.noise, profiles.net, bad),
-        _Peaks(peaks.centre_nm, error, peaks.fwhm_nm, peaks.area),
+        seen.peaks,
         offsets.medium == "air", offsets.edges_nm, offsets.offset_nm, place_error_nm,
     )  # fmt: skip
-    chance = crowding(peaks.centre_nm) * place_error_nm
-    area = np.maximum(peaks.area, 1e-12)
-    relative = np.fmin(peaks.area_error / area, 1.0)
     return Matched(
-        shown, which, away, limit, np.log(limit), np.log(hidden), place_error_nm, chance, area,
-        np.log(area), relative, _stretch(shown, x), _against(peaks.centre_nm, x),
+        shown, which, away, limit, np.log(limit), np.log(hidden), place_error_nm,
+        seen.crowding * place_error_nm, seen.area, seen.log_area, seen.relative, _stretch(shown, x),
+        seen.against,
+    )  # fmt: skip
+
+
+class _Seen(NamedTuple):
+    """What does not depend on where lines are expected; of the peaks, shape (k,), but for against."""
+
+    peaks: _Peaks
+    crowding: FloatArray
+    area: FloatArray
+    log_area: FloatArray
+    relative: FloatArray
+    against: FloatArray
+
+
+@lru_cache(maxsize=8)  # for the rounds of one spectrum, and threads that reduce at once
+def _seen(profiles: Profiles) -> _Seen:
+    peaks = profiles.peaks
+    error = np.sqrt(np.maximum(peaks.covariance[:, 1, 1], 0.0))
+    error[np.isnan(error)] = 0.0
+    area = np.maximum(peaks.area, 1e-12)
+    return _Seen(
+        _Peaks(peaks.centre_nm, error, peaks.fwhm_nm, peaks.area), crowding(peaks.centre_nm), area,
+        np.log(area), np.fmin(peaks.area_error / area, 1.0),
+        _against(peaks.centre_nm, profiles.wavelength_nm),
     )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ Trans. Inf. Theory 13, 260 (1967)) is the estimate. It is found for air and for 
 with more votes is chosen.
 """
 
+from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,7 +58,7 @@ class Offsets:
     def place(self, vacuum_nm: float) -> float:
         """Expected position of one line on the axis, nm."""
         true = in_air(vacuum_nm) if self.medium == "air" else vacuum_nm
-        return float(true + self.offset_nm[int(np.searchsorted(self.edges_nm, true, "right"))])
+        return float(true + self.offset_nm[bisect_right(self.edges_nm, true)])
 
 
 def estimate_offsets(

@@ -12,10 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..peaks.levenberg import factorise, solve
-from ..plasma.boltzmann import PlotLines
+from ..plasma.boltzmann import Bend, PlotLines
 from ..plasma.plot_fit import inverse, trust
-from ..plasma.response import LOOSE, Response, between, stiffness
-from ..plasma.response import knots as places_of_knots
+from ..plasma.response import Response, between
 from ..plasma.strengths import present
 from ..spectrum.curve import median
 from ..spectrum.kernel import inner_kernel, kernel
@@ -43,18 +42,15 @@ def find_response(
     lines: PlotLines,
     missing: Missing,
     states: tuple[tuple[float, float], ...],
-    range_nm: tuple[float, float],
-    seams_nm: FloatArray,
+    bend: Bend,
 ) -> tuple[Response, tuple[float, float]] | None:
     """The response and the state that explain the lines best; None if a level one does as well.
 
-    states: temperatures (K) and densities (per cm3) to try. seams_nm: places, in ascending order,
-    where one detector may end and another begin.
+    states: temperatures (K) and densities (per cm3) to try. bend: the response beforehand.
     """
     if len(lines) < LEAST_LINES:
         return None
-    knots = places_of_knots(range_nm, seams_nm)
-    stiff = stiffness(knots, seams_nm, LOOSE)
+    knots, stiff = bend.knots_nm, bend.stiff
     names, which = present(np.concatenate([lines.element, missing.element]))
     at = np.concatenate([lines.vacuum_nm, missing.vacuum_nm])
     n_seen = len(lines)

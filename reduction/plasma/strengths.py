@@ -79,10 +79,10 @@ def atoms() -> Atoms:
         element,
         element + len(elements) * (table.stage == 2),
         table.stage == 2,
-        table.wavelength_nm,
+        table.wavelength_nm.copy(),  # a loop is compiled once more for what cannot be written to
         np.log(table.g_k * table.a_ki_per_s / table.wavelength_nm),
         table.e_i_ev,
-        table.e_k_ev,
+        table.e_k_ev.copy(),
         log_u,
         limit,
         np.where(np.isnan(known), _guessed_width(elements, element), known),
@@ -130,13 +130,20 @@ def log_strengths(
     """ln of the thin area for one atom of its element, arbitrary unit, of the table's rows; shape (..., rows)
     for temperatures and densities (...)."""
     a = atoms()
+    held, inverse = held_by_states(temperature_k, density_per_cm3)
+    return a.log_ga[rows] + held[..., a.species[rows]] + inverse * a.e_k_ev[rows]
+
+
+def held_by_states(
+    temperature_k: float | FloatArray, density_per_cm3: float | FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """ln of an atom's share of a state of g = 1 at 0 eV, by species, (..., 2 e), and -1 / kT, (..., 1)."""
     kelvin, density = np.asarray(temperature_k)[..., None], np.asarray(density_per_cm3)[..., None]
     log_u = _log_u(kelvin[..., 0])
     log_ratio = _log_saha(log_u, kelvin, density)
     neutral = -np.logaddexp(0.0, log_ratio)
     held = np.concatenate([neutral - log_u[..., 0], neutral + log_ratio - log_u[..., 1]], axis=-1)
-    inverse = -1.0 / (BOLTZMANN_EV_PER_K * kelvin)
-    return a.log_ga[rows] + held[..., a.species[rows]] + inverse * a.e_k_ev[rows]
+    return held, -1.0 / (BOLTZMANN_EV_PER_K * kelvin)
 
 
 @of_lines()

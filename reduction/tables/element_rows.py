@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..elements.elements import ElementPeak, find_elements, with_hydrogen
+from ..elements.evidence import Evidence
 from ..elements.match import LIMIT_SIGMA
 from ..elements.offsets import Offsets
 from ..lines.air import in_medium
+from ..lines.lines import of_lines
 from ..lines.usual import USUAL_LINES
 from ..peaks.voigt import SIGMA_PER_FWHM
 from ..plasma.strengths import atoms
@@ -29,6 +31,8 @@ BOX_OF_GAUSSIAN = 1.0645  # area / (height * fwhm)
 BETWEEN_ELEMENTS = " "
 SAME_ENTRY_NM = 0.1  # between a predominant line and the catalogue's entry for it
 NEVER_WEIGHED = -1e6  # lower scores are of elements without evidence to weigh
+NAN = float("nan")
+NOTHING = Evidence("", "absent", NAN, 0, 0, NAN, NAN, NAN, (), NAN)
 
 
 def element_rows(
@@ -45,11 +49,11 @@ def element_rows(
     contents = contents or {}
     seen = {*reduction.evidence, *reduction.elements, *contents}
     wanted = sorted(seen) if only is None else list(only)
-    said = [reduction.evidence.get(name) for name in wanted]
-    area = np.array([np.nan if e is None else e.area for e in said])
-    shown_nm = np.array([np.nan if e is None else e.line_nm for e in said])
-    limit = np.array([np.nan if e is None else e.detection_limit for e in said])
-    score = np.array([np.nan if e is None else e.score for e in said])
+    said = [reduction.evidence.get(name, NOTHING) for name in wanted]
+    area = np.array([e.area for e in said])
+    shown_nm = np.array([e.line_nm for e in said])
+    limit = np.array([e.detection_limit for e in said])
+    score = np.array([e.score for e in said])
     vacuum_nm = _tabulated(shown_nm, reduction)
     for row, name in enumerate(wanted):
         peak = usual.get(name)
@@ -58,13 +62,13 @@ def element_rows(
             limit[row] = _limit(name, peak.line.wavelength_nm, reduction)
     return {
         "element": wanted,
-        "status": ["absent" if e is None else e.status for e in said],
+        "status": [e.status for e in said],
         "score": np.where(score < NEVER_WEIGHED, np.nan, score),
-        "lines_matched": [0 if e is None else e.lines_matched for e in said],
-        "lines_expected": [0 if e is None else e.lines_expected for e in said],
+        "lines_matched": [e.lines_matched for e in said],
+        "lines_expected": [e.lines_expected for e in said],
         "area": area,
         "line_nm": in_medium(vacuum_nm, reduction.medium),
-        "confounders": ["" if e is None else BETWEEN_ELEMENTS.join(e.confounders) for e in said],
+        "confounders": [BETWEEN_ELEMENTS.join(e.confounders) for e in said],
         "detection_limit": limit,
         **_contents([contents.get(name) for name in wanted]),
     }
@@ -100,15 +104,21 @@ def _tabulated(shown_nm: FloatArray, reduction: Reduction) -> FloatArray:
     return np.where(np.isnan(shown_nm), np.nan, found.expected.vacuum_nm[order[at]])
 
 
+@of_lines()
+def _places() -> dict[str, int]:
+    """Which of the elements each symbol is."""
+    return {name: e for e, name in enumerate(atoms().elements.tolist())}
+
+
 def _limit(name: str, vacuum_nm: float, reduction: Reduction) -> float:
     """Area at which the line would show at three times the noise, counts nm."""
     found = reduction.identified
     if found is not None:
-        e = int(np.searchsorted(atoms().elements, name))
-        entries = slice(found.catalogue.first[e], found.catalogue.first[e + 1])
+        entries = found.catalogue.spans[_places()[name]]
         away = np.abs(found.expected.vacuum_nm[entries] - vacuum_nm)
-        if len(away) and away.min() < SAME_ENTRY_NM:
-            return float(found.matched.limit[entries][np.argmin(away)])
+        nearest = int(away.argmin()) if len(away) else 0
+        if len(away) and away[nearest] < SAME_ENTRY_NM:
+            return float(found.matched.limit[entries[nearest]])
     profiles = reduction.profiles
     x = profiles.wavelength_nm
     place = reduction.offsets.shown(np.array([vacuum_nm]))[0]

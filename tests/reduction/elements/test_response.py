@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from labrun.reduction.elements.response import Missing, find_response
+from labrun.reduction.plasma.boltzmann import Bend
+from labrun.reduction.plasma.response import LOOSE, knots, stiffness
 from tests.reduction.plasma.uniform_plasma import lines_at
 
 NOTHING = Missing(np.empty(0, np.int64), np.empty(0), np.empty(0))
@@ -12,7 +14,9 @@ SEAM = np.array([350.0])
 
 
 def found(lines, missing=NOTHING, seams_nm=SEAM):
-    return find_response(lines, missing, (STATE,), (190.0, 961.0), seams_nm)
+    at = knots((190.0, 961.0), seams_nm)
+    bend = Bend(at, np.zeros(len(at)), stiffness(at, seams_nm, LOOSE))
+    return find_response(lines, missing, (STATE,), bend)
 
 
 @pytest.fixture
