@@ -73,7 +73,10 @@ def plain(found: Any, schema: dict[str, Any]) -> Any:
 
         found = magnitude_in(found, schema.get("unit", ""))
     if isinstance(found, Enum):
-        found = found.value if isinstance(found, (str, int)) else found.name
+        coded = isinstance(found, str) or (
+            isinstance(found, int) and schema.get("type") != "string"
+        )
+        found = found.value if coded else found.name
     if isinstance(found, (list, tuple)):
         return [plain(one, schema.get("items", {})) for one in found]
     if isinstance(found, float) and math.isnan(found):

@@ -94,9 +94,10 @@ def _signature(method: Any) -> inspect.Signature | None:
     except (TypeError, ValueError):
         return None
     kinds = {one.kind for one in told.parameters.values()}
-    nameless = inspect.Parameter.POSITIONAL_ONLY in kinds or kinds == {
-        inspect.Parameter.VAR_POSITIONAL
-    }
+    some = inspect.Parameter.VAR_POSITIONAL  # with **kwargs beside it: it hands on what it is given
+    nameless = inspect.Parameter.POSITIONAL_ONLY in kinds or (
+        some in kinds and kinds <= {some, inspect.Parameter.VAR_KEYWORD}
+    )
     return None if nameless else told
 
 

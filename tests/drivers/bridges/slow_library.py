@@ -1,6 +1,7 @@
 """Stands for a library that blocks: a motor that counts its moves, and can be stopped beside them."""
 
 import threading
+from enum import IntEnum
 
 MOVING = threading.Event()
 """A move has begun."""
@@ -89,6 +90,13 @@ class Source:
         pass
 
 
+class Lamp(IntEnum):
+    """What a library numbers, and means by a name."""
+
+    OFF = 0
+    SHINING = 10
+
+
 class Compiled:
     """As one of C++: its methods take values by place alone, and return lists."""
 
@@ -99,6 +107,12 @@ class Compiled:
         axis, x, y = given
         assert axis == "XY"
         self._place = [x, y]
+
+    def handed_on(self, *given, **_):
+        self.go(*given)
+
+    def lamp(self):
+        return [Lamp.SHINING, Lamp.SHINING]
 
     def place(self):
         return self._place

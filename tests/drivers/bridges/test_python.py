@@ -33,6 +33,14 @@ CELL = {
             "call": "go", "effect": "idempotent",
             "params": {"axis": {"type": "string", "default": "XY"}, "x": {"unit": "um"}, "y": {"unit": "um"}},
         },
+        "hand_on": {
+            "call": "handed_on", "effect": "idempotent",
+            "params": {"axis": {"type": "string", "default": "XY"}, "x": {"unit": "um"}, "y": {"unit": "um"}},
+        },
+        "lamp": {
+            "call": "lamp", "effect": "pure",
+            "returns": {"state": {"type": "string"}, "code": {"type": "integer"}},
+        },
     },
 }  # fmt: skip
 
@@ -66,12 +74,19 @@ def test_what_a_class_raises_is_an_error_that_the_lab_names(ask):
     assert speed == {"speed": 2.5}
 
 
-def test_a_method_that_takes_no_names_is_given_its_values_in_the_order_of_the_lab(ask):
+@pytest.mark.parametrize("way", ["go", "hand_on"])
+def test_a_method_that_takes_no_names_is_given_its_values_in_the_order_of_the_lab(ask, way):
     async def story(made):
-        await made.method("go")(GoalContext("run/1"), y=2.0, x=1.0)
+        await made.method(way)(GoalContext("run/1"), y=2.0, x=1.0)
         return await made.method("place")(GoalContext("run/2"))
 
     assert ask("python", CELL, story) == {"x": 1.0, "y": 2.0}
+
+
+def test_a_number_with_a_name_is_its_name_where_a_text_is_returned(ask):
+    lamp = ask("python", CELL, lambda made: made.method("lamp")(GoalContext("run/1")))
+
+    assert lamp == {"state": "SHINING", "code": 10}
 
 
 @pytest.mark.parametrize(
