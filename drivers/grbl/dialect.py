@@ -22,6 +22,15 @@ class GrblDialect(JogRules):
     soft_ends: tuple[tuple[float, float], ...] = ()
     """Of each axis, where the controller's own soft limits end within its travel."""
 
+    _reattaching = False
+
+    def _check_connected(self, asked: str) -> None:
+        """A board that boots loses what it is sent; one that does not is reset a moment later."""
+        if self._reattaching and asked not in ("hold", "halt"):
+            words = f"{self._name()} was asked to {asked}, but its port is being opened again"
+            raise ActionFailed("Offline", words, "no")
+        super()._check_connected(asked)
+
     def _learn(self, settings: Settings) -> None:
         """What its settings say beside the ranges."""
         self.soft_ends = settings.ranges if settings.soft_off_both_ends else ()

@@ -68,7 +68,7 @@ class Grbl(GrblDialect):
             with contextlib.suppress(MotionFault):
                 await c.look(STATUS_S)
         told: dict[str, Any] = {
-            "state": state_of(c, self._doing),
+            "state": "offline" if self._reattaching else state_of(c, self._doing),
             "homed": c.homed,
             "alarm": trouble_of(c),
         }
@@ -157,8 +157,12 @@ class Grbl(GrblDialect):
             await c.port.close()
             await asyncio.sleep(AGAIN_S)
             c.alarm = f"the connection was lost ({why}) and is back. Home it"
-            with contextlib.suppress(OSError):
-                await self._reach()
+            self._reattaching = True
+            try:
+                with contextlib.suppress(OSError):
+                    await self._reach()
+            finally:
+                self._reattaching = False
 
     async def _home_here(self) -> None:
         c = self.controller

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any, ClassVar
 
 from ...system.tasks import end, keep
-from ..driver import ActionFailed, GoalContext, Place
+from ..driver import GoalContext, Place
 from ..grbl.dialect import GrblDialect, zero_line
 from ..grbl.jog import words_of
 from ..grbl.report import ReportReader
@@ -57,7 +57,6 @@ class OpenBuilds(GrblDialect):
         )
         self.alone = f"OpenBuilds CONTROL at {self.control.url}"
         self._keeper: asyncio.Task[None] | None = None
-        self._reattaching = False
 
     async def open(self) -> None:
         await self.control.open()
@@ -124,12 +123,6 @@ class OpenBuilds(GrblDialect):
             if self.control.locked or self.control.alarm:
                 await self._clear()
         return {}
-
-    def _check_connected(self, asked: str) -> None:
-        if self._reattaching:
-            words = f"{self._name()} was asked to {asked}, but its port is being opened again"
-            raise ActionFailed("Offline", words, "no")
-        super()._check_connected(asked)
 
     async def _attach(self) -> None:
         """Open the port in CONTROL, and read the machine's settings."""

@@ -79,6 +79,12 @@ def test_it_homes_moves_stops_and_comes_back_over_a_websocket(peers, tmp_path, m
         assert await driver.controller.until(lambda: bool(driver.controller.lost), 5)
         assert await driver.controller.until(lambda: not driver.controller.lost, 5)
         assert await driver.controller.until(lambda: driver.controller.report is not None, 5)
+        with pytest.raises(
+            ActionFailed, match="its port is being opened again"
+        ):  # its reset follows
+            await driver.home(GoalContext("too soon"))
+        while (await driver.status())["state"] == "offline":  # noqa: ASYNC110 - it has to be asked
+            await asyncio.sleep(0.02)
         with pytest.raises(ActionFailed, match=r"is back\. Home it"):
             await driver.move_to(GoalContext("3"), x=1)
         return status
