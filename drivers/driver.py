@@ -59,15 +59,17 @@ class GoalContext:
 class Place:
     """A driver's surroundings: its device's name, its configuration, its own folders.
 
-    `contract` is what the device has to keep; None if a driver is used without a server.
+    `contract` is what the device has to keep; None if a driver is used without a server. `in_memory` is
+    what a rehearsal has in place of what twins write into `world`.
     """
 
     device: str
     config: dict[str, Any]
     limits: dict[str, tuple[float | None, float | None]]
     folder: Path
-    world: "Path | World"
+    world: Path
     contract: Contract | None = None
+    in_memory: "World | None" = None
 
 
 class UnknownKey(ValueError):

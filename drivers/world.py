@@ -29,11 +29,6 @@ class World:
         self.folder = folder
         (folder / "truth").mkdir(parents=True, exist_ok=True)
 
-    @classmethod
-    def at(cls, place: "Path | World") -> "World":
-        """The bench of this folder, or the one that all twins of a rehearsal have been given."""
-        return place if isinstance(place, World) else cls(place)
-
     def publish(self, name: str, state: dict[str, Any]) -> None:
         """Publish the state of `name` to all processes; readers see the old or the new one, complete."""
         write_whole(self.folder / f"{name}.json", json.dumps(state).encode(), sync=False)

@@ -56,7 +56,7 @@ class RealGantry(AnyGantry):
         self.limits = whole_limits(place)
         self.bench: Bench = read_bench(place.config, self.limits, HAND_RANGE)
         self.full_power, self.tolerance = 1000.0, TOLERANCE_MM
-        self.world = World.at(place.world)
+        self.world = place.in_memory or World(place.world)
         self._published: Point | None = None
         self._doing: str | None = None
         self._stopped = False

@@ -74,10 +74,10 @@ class RehearsedDevice:
 
         `repeats`: whether it may give the answer to a goal to others of its kind: nothing reads it.
         """
-        assert isinstance(place.world, WorldInMemory)
-        self.url, self._world, self._repeats = "rehearsal", place.world, repeats
+        assert isinstance(place.in_memory, WorldInMemory)
+        self.url, self._world, self._repeats = "rehearsal", place.in_memory, repeats
         if repeats:
-            driver = repeating(driver, contract, place.world)
+            driver = repeating(driver, contract, place.in_memory)
         self._trouble = trouble
         self._given_up: dict[str, asyncio.Event] = {}
         self.contract = contract

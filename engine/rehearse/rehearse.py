@@ -140,7 +140,7 @@ class Rehearsal:
                 limits = lab.lab.devices[name].limits.items()
                 place = Place(
                     name, config, read_limits({k: v.model_dump() for k, v in limits}, contract),
-                    folder, world, contract,
+                    folder, folder, contract, world,
                 )  # fmt: skip
                 trouble = Trouble(reserved, self.seed or 1)
                 made[name] = RehearsedDevice(

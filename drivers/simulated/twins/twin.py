@@ -32,7 +32,7 @@ class Twin(Driver):
         self.clock = Clock(self.config.get("clock", "real"))
         contract = place.contract or shipped_contracts()[self.without or self.contract]
         self.faults = Faults(self.config.get("faults", {}), contract, self.seed)
-        self.world = World.at(place.world)
+        self.world = place.in_memory or World(place.world)
         self.truth = self.world.truth(place.device)
 
     async def open(self) -> None:

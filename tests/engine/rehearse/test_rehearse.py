@@ -352,7 +352,7 @@ def test_what_repeats_its_answers_computes_one_of_a_kind():
     world = WorldInMemory()
     contract = shipped_contracts()["spectrum_reducer@1"]
     made = twin_choice.repeating(Computing, contract, world)
-    driver: Any = made(Place("r", {}, {}, Path(), world))
+    driver: Any = made(Place("r", {}, {}, Path(), Path()))
     unmade = [world.content(lambda n=n: b"counts %d" % n) for n in range(3)]
     given = [*((one, None) for one in unmade), (unmade[2], ["Li"]), (b"a", None), (b"b", None)]
 
