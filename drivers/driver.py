@@ -72,12 +72,16 @@ class Place:
     in_memory: "World | None" = None
 
 
-class UnknownKey(ValueError):
-    """A config says what its driver does not know; `path` leads to the first such key in it."""
+class Misfit(ValueError):
+    """A config does not fit its driver; `path` leads to the first thing in it that does not."""
 
     def __init__(self, words: str, path: Sequence[str | int]) -> None:
         super().__init__(words)
         self.path = path
+
+
+class UnknownKey(Misfit):
+    """A config says what its driver does not know; `path` leads to the first such key in it."""
 
 
 def check_keys(
@@ -105,12 +109,12 @@ def check_keys(
     )
 
 
-def misfit(fault: "ValidationError", *at: str) -> ValueError:
+def misfit(fault: "ValidationError", *at: str) -> Misfit:
     """The first thing in a config, or in the part of it at `at`, that does not fit its model."""
     first = fault.errors()[0]
     path = *at, *first["loc"]
     words = f"{'.'.join(map(str, path)) or 'all of it'}: {first['msg']}"
-    return UnknownKey(words, path) if first["type"] == "extra_forbidden" else ValueError(words)
+    return (UnknownKey if first["type"] == "extra_forbidden" else Misfit)(words, path)
 
 
 class Driver:

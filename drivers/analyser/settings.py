@@ -5,19 +5,19 @@ from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from ..driver import Place, check_keys
-from ..find import DriverFault
+from ..driver import Misfit, Place, check_keys
 
 M = TypeVar("M", bound=BaseModel)
 
 
 def settings_of(place: Place, model: type[M]) -> M:
-    """The lab's `config` as `model`; raises UnknownKey, or DriverFault with every complaint."""
+    """The lab's `config` as `model`; raises UnknownKey, or Misfit with every complaint."""
     check_keys(model.model_fields, place.config)
     try:
         return model.model_validate(place.config)
     except ValidationError as fault:
-        raise DriverFault("; ".join(_complaints(fault))) from fault
+        first = fault.errors()[0]["loc"]
+        raise Misfit("; ".join(_complaints(fault)), first) from fault
 
 
 def _complaints(fault: ValidationError) -> Iterator[str]:

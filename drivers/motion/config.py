@@ -4,7 +4,7 @@ import math
 from collections.abc import Collection
 from typing import Any
 
-from ..driver import check_keys
+from ..driver import Misfit, check_keys
 from .gantry import AXES
 from .keep_out import read_boxes
 from .outputs import read_outputs
@@ -14,21 +14,23 @@ PLACING = ("origin", "axes", "keep_out", "home_first", "homing_timeout", "safe_z
 
 
 def check_config(config: dict[str, Any], known: Collection[str]) -> None:
-    """Raise ValueError with the first error."""
+    """Raise Misfit with the first error."""
     check_keys(known, config)
     _check_axes(config.get("axes"))
     _check_place("origin", config.get("origin"))
     _check_place("home_here", config.get("home_here"))
     read_boxes(config)
     if "safe_z" in config and not _is_number(config["safe_z"]):
-        raise ValueError(f"safe_z is {config['safe_z']!r}; it must be a height on the bench, in mm")
+        message = f"safe_z is {config['safe_z']!r}; it must be a height on the bench, in mm"
+        raise Misfit(message, ("safe_z",))
     read_outputs(config)
     for name in ("boot_s", "homing_timeout", "baud", "silence_s"):
         value = config.get(name, 1)
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < 1e9:
-            raise ValueError(f"{name} is {value!r}; it must be a number above 0")
+            raise Misfit(f"{name} is {value!r}; it must be a number above 0", (name,))
     if not isinstance(config.get("home_first", False), bool):
-        raise ValueError(f"home_first is {config['home_first']!r}; it must be true or false")
+        message = f"home_first is {config['home_first']!r}; it must be true or false"
+        raise Misfit(message, ("home_first",))
 
 
 def _check_axes(axes: Any) -> None:
@@ -39,9 +41,10 @@ def _check_axes(axes: Any) -> None:
         check_keys(AXES, axes, "axes")
         used = [str(axes.get(a, a)).lower().removeprefix("-") for a in AXES]
     if sorted(used) != sorted(AXES):
-        raise ValueError(
+        raise Misfit(
             f"axes is {axes!r}; it must give the machine axis for each bench axis, each "
-            f"once, with a minus if it runs the other way: {{x: Y, y: -X}}"
+            f"once, with a minus if it runs the other way: {{x: Y, y: -X}}",
+            ("axes",),
         )
 
 
@@ -49,7 +52,8 @@ def _check_place(name: str, place: Any) -> None:
     if place is None:
         return
     if not isinstance(place, dict) or not all(_is_number(value) for value in place.values()):
-        raise ValueError(f"{name} is {place!r}; write it as {{x: -805, y: -725, z: -90}}, in mm")
+        message = f"{name} is {place!r}; write it as {{x: -805, y: -725, z: -90}}, in mm"
+        raise Misfit(message, (name,))
     check_keys(AXES, place, name)
 
 

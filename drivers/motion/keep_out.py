@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from ..driver import check_keys
+from ..driver import Misfit, check_keys
 
 Point = tuple[float, float, float]
 
@@ -67,15 +67,16 @@ def read_boxes(config: dict[str, Any]) -> tuple[Box, ...]:
 
 def _box(number: int, written: dict[str, Any]) -> Box:
     name = str(written.get("name", number))
-    check_keys(("name", *"xyz"), written, f"keep_out box {name}", ("keep_out", number - 1))
+    at = ("keep_out", number - 1)
+    check_keys(("name", *"xyz"), written, f"keep_out box {name}", at)
     if not set(written) & set("xyz"):
-        raise ValueError(f"keep_out box {name} has no range; write x, y or z as [from, to] in mm")
-    ranges = [_range(name, axis, written.get(axis)) for axis in "xyz"]
+        raise Misfit(f"keep_out box {name} has no range; write x, y or z as [from, to] in mm", at)
+    ranges = [_range(name, (*at, axis), written.get(axis)) for axis in "xyz"]
     (x0, x1), (y0, y1), (z0, z1) = ranges
     return Box(name, (x0, y0, z0), (x1, y1, z1))
 
 
-def _range(name: str, axis: str, written: Any) -> tuple[float, float]:
+def _range(name: str, at: tuple[str | int, ...], written: Any) -> tuple[float, float]:
     if written is None:
         return -INFINITE, INFINITE
     try:
@@ -83,5 +84,5 @@ def _range(name: str, axis: str, written: Any) -> tuple[float, float]:
     except (TypeError, ValueError):
         low = high = 0.0
     if not low < high:
-        raise ValueError(f"keep_out box {name}: {axis} is {written!r}, not [from, to] in mm")
+        raise Misfit(f"keep_out box {name}: {at[-1]} is {written!r}, not [from, to] in mm", at)
     return low, high

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+from ..driver import Misfit
+
 KINDS = {"spindle": ("M3", "M5"), "mist": ("M7", "M9"), "flood": ("M8", "M9")}
 
 
@@ -25,7 +27,8 @@ def read_outputs(config: dict[str, Any]) -> dict[str, Output]:
     """Outputs of `outputs: {laser: spindle, argon: mist, lamp: {on: M62 P0, off: M63 P0}}`."""
     written = config.get("outputs") or {}
     if not isinstance(written, dict):
-        raise ValueError(f"outputs is {written!r}; write it as {{laser: spindle, argon: mist}}")
+        message = f"outputs is {written!r}; write it as {{laser: spindle, argon: mist}}"
+        raise Misfit(message, ("outputs",))
     return {str(name): _output(str(name), one) for name, one in written.items()}
 
 
@@ -34,7 +37,8 @@ def _output(name: str, written: Any) -> Output:
         return Output(*KINDS[written], has_power=written == "spindle")
     if isinstance(written, dict) and set(written) == {"on", "off"}:
         return Output(str(written["on"]), str(written["off"]))
-    raise ValueError(
+    raise Misfit(
         f"output {name} is {written!r}; it is one of {', '.join(KINDS)}, or the lines that switch it: "
-        f"{{on: M62 P0, off: M63 P0}}"
+        f"{{on: M62 P0, off: M63 P0}}",
+        ("outputs", name),
     )

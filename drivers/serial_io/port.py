@@ -7,7 +7,7 @@ Configuration of every device on a serial line: `port` (/dev/ttyUSB0, COM3), `ba
 from dataclasses import dataclass
 from typing import Any
 
-from ..driver import Place, check_keys
+from ..driver import Misfit, Place, check_keys
 from .open_port import open_exclusively
 
 OPTIONS = ("port", "baud", "bits", "parity", "stop_bits")
@@ -71,8 +71,11 @@ def read_port(place: Place, options: tuple[str, ...] = ()) -> SerialPort:
         "parity": config.get("parity", "N"),
         "stopbits": config.get("stop_bits", 1),
     }
-    try:
-        Serial(**framing)  # without a port it opens none
-    except ValueError as fault:
-        raise ValueError(f"config: baud, bits, parity or stop_bits will not do: {fault}") from fault
+    for key, (name, value) in zip(OPTIONS[1:], framing.items(), strict=True):
+        try:
+            Serial(**{name: value})  # without a port it opens none
+        except ValueError as fault:
+            raise Misfit(
+                f"config: {key} is {value!r}, which will not do: {fault}", (key,)
+            ) from fault
     return SerialPort(place.device, config["port"], framing)

@@ -311,7 +311,7 @@ def _check_devices(
             yield source.problem(("devices", name, "contract"), "E130", message, hint)
         else:
             yield from _check_limits(name, device, contract, source)
-            yield from _check_keys(name, device, contract, source) if path is not None else ()
+            yield from _check_config(name, device, contract, source) if path is not None else ()
 
 
 def _check_driver(name: str, device: LabDevice, source: Source) -> Iterator[Problem]:
@@ -334,14 +334,14 @@ def _check_driver(name: str, device: LabDevice, source: Source) -> Iterator[Prob
         yield source.problem(("devices", name, "driver"), "W130", message, hint)
 
 
-def _check_keys(
+def _check_config(
     name: str, device: LabDevice, contract: Contract, source: Source
 ) -> Iterator[Problem]:
-    """A key that the driver does not know: one that ships says so when it is made, before all else."""
+    """What its driver does not take: one that ships says so when it is made, before all else."""
     if not device.config or device.python is not None:
         return
     from ...drivers import find
-    from ...drivers.driver import Place, UnknownKey
+    from ...drivers.driver import Misfit, Place, UnknownKey
 
     if device.driver not in find.SHIPPED:
         return
@@ -352,8 +352,9 @@ def _check_keys(
             driver = find.find_driver(device.driver, here)
             if not hasattr(driver, "config_model"):  # whose config is read above
                 driver(Place(name, device.config, {}, here, here, contract))
-        except UnknownKey as fault:
-            yield source.problem((*place, *fault.path), "E132", str(fault), key=True)
+        except Misfit as fault:
+            is_key = isinstance(fault, UnknownKey)
+            yield source.problem((*place, *fault.path), "E132", str(fault), key=is_key)
         except Exception:  # whatever else: it is told where the device is served, and its files are
             return
 

@@ -388,7 +388,7 @@ def test_what_is_no_serial_port_is_a_sentence(tmp_path):
             {"port": "/dev/ttyUSB0", "bauds": 9600},
             "config has no key bauds; its keys are: port, baud",
         ),
-        ({"port": "/dev/ttyUSB0", "baud": "fast"}, "baud, bits, parity or stop_bits will not do"),
+        ({"port": "/dev/ttyUSB0", "baud": "fast"}, "baud is 'fast', which will not do"),
         ({"port": "/dev/ttyUSB0", "parity": "X"}, "Not a valid parity: 'X'"),
     ],
 )

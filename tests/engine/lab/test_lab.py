@@ -59,6 +59,14 @@ def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
         with_config = LAB.replace("sim_gantry", f"grbl, config: {{port: x, {within}}}")
         line = with_config.splitlines()[4]
         assert told(write(tmp_path, with_config)) == [f"E132 5:{line.index(f'{key}: ') + 1}"]
+    for driver, config, value in (
+        ("grbl", "port: x, baud: fast", "fast"), ("grbl", "port: x, keep_out: [{x: [5, 1]}]", "[5, 1]"),
+        ("grbl", "port: x, outputs: {laser: on}", "on}"), ("balance", "port: x, parity: even", "even"),
+        ("zaber", "port: x, stages: {x: {device: 0}}", "0}}"), ("aecp", "exports: x, clock_s: y", "y}"),
+    ):  # fmt: skip
+        with_config = LAB.replace("sim_gantry", f"{driver}, config: {{{config}}}")
+        line = with_config.splitlines()[4]
+        assert told(write(tmp_path, with_config)) == [f"E132 5:{line.index(value) + 1}"]
     assert told(write(tmp_path, LAB.replace("furnace.yaml", "none.yaml"))) == ["E130 2:13"]
     assert told(tmp_path / "nowhere.yaml") == ["E100 1:1"]
 
