@@ -130,7 +130,10 @@ class Composer:
                 node.value = whole_text(node.value)
         except ScalarFault as fault:
             self.faults.append(YamlFault("E106", str(fault), start, length=end - start))
-            node.value = 0 if plain else ""
+            # As a bound it bounds nothing: with 0 another value would be above it, as well.
+            key = self.stack[-1].key if self.stack else None
+            is_bound = key is not None and key[0].value in ("minimum", "maximum")
+            node.value = (None if is_bound else 0) if plain else ""
         return node
 
     def _bad_tag(self, event: Any, start: int, end: int) -> None:
