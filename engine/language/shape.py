@@ -220,6 +220,10 @@ def _problem(
     name = _name(path)
     if "extra_forbidden" in kinds:
         allowed = _allowed(model, path[:-1])
+        if model is Lab and path[:1] == ("devices",) and len(path) == 3 and name in keys_of(Lab):
+            message = f"unknown key {name!r}: it belongs to the lab, not to one device"
+            hint = f"write `{name}` in the first column, beside `devices`"
+            return source.problem((*place, *path), "E110", message, hint, key=True)
         if name in OF_GROUPS and issubclass(model, StepBase) and len(path) == 1:
             message = f"unknown key {name!r}: it belongs to a group"
             hint = f"put a group around this step: `steps: [...]` with `{name}`"

@@ -165,6 +165,10 @@ def test_a_start_timeout_that_is_not_a_time_is_a_problem(tmp_path, value):
             "folders: [., ./tabels]\ndevices: {g: {contract: gantry@1, driver: grbl}}",
             "W133", "there is no folder ./tabels",
         ),
+        (
+            "devices: {g: {contract: gantry@1, driver: grbl, start_timeout: 2 min}}",
+            "E110", "'start_timeout': it belongs to the lab, not to one devicewrite `start_timeout` in the first",
+        ),
         ("devices: {~: {}, g: {contract: gantry@1, driver: grbl}}", "E103", "not `~`, which is null"),
     ],
 )  # fmt: skip
