@@ -3,7 +3,7 @@
 from datetime import time
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import AfterValidator, Field, StringConstraints, model_validator
 
 from .contract import ContractType, Name
 from .model import Model, no_items
@@ -11,6 +11,21 @@ from .quantity import Duration, seconds
 
 Number = int | float | str
 HIDDEN = "***"
+
+
+def _reachable(url: str) -> str:
+    from urllib.parse import urlsplit  # most labs have no url
+
+    try:
+        has_port = urlsplit(url).port != 0
+    except ValueError:
+        has_port = False
+    if not has_port:
+        raise ValueError(f"{url} is no address: a port is a number from 1 to 65535")
+    return url
+
+
+Url = Annotated[str, Field(pattern=r"^https?://[^/\s]+/?$"), AfterValidator(_reachable)]
 
 
 class Limit(Model):
@@ -28,7 +43,7 @@ class LabDevice(Model):
     config: dict[str, Any] = Field(default_factory=dict)
     python: str | None = None
     port: int | None = Field(default=None, ge=1, le=65535)
-    url: str | None = Field(default=None, pattern=r"^https?://[^/\s]+/?$")
+    url: Url | None = None
     token: str | None = None
     limits: dict[str, Limit] = Field(default_factory=dict)
 

@@ -169,6 +169,10 @@ def test_a_start_timeout_that_is_not_a_time_is_a_problem(tmp_path, value):
             "devices: {g: {contract: gantry@1, driver: grbl, start_timeout: 2 min}}",
             "E110", "'start_timeout': it belongs to the lab, not to one devicewrite `start_timeout` in the first",
         ),
+        (
+            "devices: {g: {contract: gantry@1, url: 'http://10.0.0.7:65536'}}",
+            "E112", "url: http://10.0.0.7:65536 is no address: a port is a number",
+        ),
         ("devices: {~: {}, g: {contract: gantry@1, driver: grbl}}", "E103", "not `~`, which is null"),
     ],
 )  # fmt: skip
