@@ -5,26 +5,26 @@ hangs. If not, only a `timeout` of the step, or `defaults: {timeout: 30 s}`, end
 
 Passes:
 
-    devices: {oven: furnace@1}
+    devices: {oven: oven@1}
     steps:
       - {do: oven.heat, timeout: 2 h}
 
 Fails:
 
-    devices: {oven: furnace@1}
+    devices: {oven: oven@1}
     steps:
       - do: oven.heat
 
-Beside it, furnace.yaml:
+Beside it, oven.yaml:
 
-    type: furnace@1
+    type: oven@1
     actions:
       heat: {effect: idempotent}
 
 Beside it, lab.yaml:
 
-    contracts: [furnace.yaml]
-    devices: {oven: {contract: furnace@1, url: "http://10.0.0.9:4101"}}
+    contracts: [oven.yaml]
+    devices: {oven: {contract: oven@1, url: "http://10.0.0.9:4101"}}
 
 W402. A timeout shorter than the usual duration ends actions that are working correctly. Where a parameter
 says how long an action takes, as that of `furnace.hold` does, it counts.

@@ -151,6 +151,7 @@ def _contracts(
         contract, more = _own_contract(its)
         problems += [*told, *more]
         if contract is not None and not any(one.severity == "error" for one in more):
+            problems += _replaces(contract, source, index)
             contracts[contract.type] = own[index] = contract
         else:
             unread = True
@@ -159,6 +160,15 @@ def _contracts(
             message = f"{contract.type} does not keep {'; '.join(told)}"
             problems.append(source.problem(("contracts", index), "E130", message))
     return contracts, problems, unread
+
+
+def _replaces(contract: Contract, source: Source, index: int) -> Iterator[Problem]:
+    """A contract with the name of one that ships, and other words: a run's copies have the same."""
+    name = contract.type
+    if shipped_contracts().get(name, contract) != contract:
+        message = f"this {name} takes the place of the one that ships with labrun"
+        hint = f"protocols and drivers of {name} may want the other: give it a name of its own"
+        yield source.problem(("contracts", index), "E130", message, hint, severity="warning")
 
 
 def _own_contract(source: Source | None) -> tuple[Contract | None, list[Problem]]:

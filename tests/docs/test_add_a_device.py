@@ -35,7 +35,7 @@ def test_no_block_of_code_comes_from_nowhere(name, others):
 def test_the_lab_with_every_key_is_a_lab(tmp_path):
     for folder in ("lab", "shared"):
         (tmp_path / folder).mkdir()
-    (tmp_path / "lab" / "furnace.yaml").write_text("type: furnace@1\nactions: {heat: {}}\n")
+    (tmp_path / "lab" / "furnace.yaml").write_text("type: oven@1\nactions: {heat: {}}\n")
     (block,) = re.findall(r"```yaml\n(name: cellar.*?)```", page("labs"), re.S)
     path = tmp_path / "lab" / "lab.yaml"
     path.write_text(block)

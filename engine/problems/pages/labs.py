@@ -1,7 +1,7 @@
 """The lab has a device for every role, and its settings agree with the contracts of its devices.
 
 E130. A contract of the lab's own is a YAML file in the same form as every contract, and every
-device has a known contract.
+device has a known contract. One that has the name of a contract that ships takes its place: a warning.
 
 Passes as a lab:
 

@@ -4,7 +4,7 @@ import pytest
 
 from labrun.engine.check import check_file, check_text
 
-FURNACE = """type: furnace@1
+FURNACE = """type: oven@1
 status: {type: object, properties: {temperature: {type: number, unit: degC}}}
 actions:
   ramp:
@@ -18,7 +18,7 @@ actions:
 """
 LAB = """name: heat
 contracts: [./furnace.yaml]
-devices: {furnace: {contract: furnace@1, url: "http://127.0.0.1:9"}}
+devices: {furnace: {contract: oven@1, url: "http://127.0.0.1:9"}}
 """
 
 
@@ -26,7 +26,7 @@ def heat(tmp_path, steps):
     (tmp_path / "furnace.yaml").write_text(FURNACE)
     (tmp_path / "lab.yaml").write_text(LAB)
     (tmp_path / "heat.yaml").write_text(
-        f"labrun: 1\nname: heat\ndevices: {{furnace: furnace@1}}\nsteps:\n{steps}"
+        f"labrun: 1\nname: heat\ndevices: {{furnace: oven@1}}\nsteps:\n{steps}"
     )
     return check_file(tmp_path / "heat.yaml", lab=tmp_path / "lab.yaml").problems
 

@@ -1,10 +1,12 @@
 """Labs are read with their contracts and limits, and problems are reported at their places."""
 
+import json
 from pathlib import Path
 
 import pytest
 
 from labrun.engine.lab.lab import load_lab
+from labrun.schemas.contracts import shipped_contracts
 
 LAB = """\
 name: cellar
@@ -98,6 +100,21 @@ def test_what_is_wrong_in_a_contract_is_told_at_its_place_there(tmp_path, right,
     assert problem.file == str(tmp_path / "furnace.yaml")
 
 
+def test_a_contract_in_the_place_of_one_that_ships_is_told_and_a_copy_of_it_is_not(tmp_path):
+    path = write(tmp_path, furnace=FURNACE.replace("oven@1", "furnace@1"))
+    path.write_text(LAB.replace("oven@1", "furnace@1"))
+    (problem,) = load_lab(path)[1]
+
+    assert (problem.code, problem.severity, problem.line) == ("E130", "warning", 2)
+
+    shipped = shipped_contracts()["furnace@1"].model_dump(mode="json", exclude_none=True)
+    (tmp_path / "furnace.yaml").write_text(json.dumps(shipped))
+    limits = ", limits: {target: {maximum: 900 degC}}"
+    path.write_text(LAB.replace("oven@1", "furnace@1").replace(limits, ""))
+
+    assert load_lab(path)[1] == []
+
+
 def test_a_check_leaves_no_file_where_it_was_called(tmp_path, monkeypatch):
     here = tmp_path / "here"
     here.mkdir()
@@ -167,7 +184,7 @@ def test_a_start_timeout_that_is_not_a_time_is_a_problem(tmp_path, value):
         ),
         (
             "devices: {g: {contract: gantry@1, driver: grbl, start_timeout: 2 min}}",
-            "E110", "'start_timeout': it belongs to the lab, not to one devicewrite `start_timeout` in the first",
+            "E110", "it belongs to the lab, not to one devicewrite `start_timeout` in the first column",
         ),
         (
             "devices: {g: {contract: gantry@1, url: 'http://10.0.0.7:65536'}}",
