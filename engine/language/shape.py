@@ -382,6 +382,11 @@ def _one(error: dict[str, Any]) -> str:
     if kind == "string_pattern_mismatch":
         form = FORMS.get(context.get("pattern", ""), f"text like {context.get('pattern')}")
         return f"{words(value)} is not {form}"
+    if kind == "string_too_short" or (kind == "too_short" and isinstance(value, str)):
+        least = context.get("min_length", 1)
+        return (
+            "it is an empty text" if not value else f"it is too short; at least {least} characters"
+        )
     if kind == "too_short":
         return "it is empty; it needs at least one item"
     if kind == "too_long":

@@ -190,6 +190,11 @@ def test_a_start_timeout_that_is_not_a_time_is_a_problem(tmp_path, value):
             "devices: {g: {contract: gantry@1, url: 'http://10.0.0.7:65536'}}",
             "E112", "url: http://10.0.0.7:65536 is no address: a port is a number",
         ),
+        (
+            "devices: {m: {driver: text, config: {resource: COM3, terminator: {read: ''},\n"
+            "  actions: {v: {send: V}}}}}",
+            "E112", "read: it is an empty text",
+        ),
         ("devices: {~: {}, g: {contract: gantry@1, driver: grbl}}", "E103", "not `~`, which is null"),
     ],
 )  # fmt: skip
