@@ -53,7 +53,7 @@ def _apprise(
             try:
                 if not sender.add(_address(said)):
                     refused[said] = (
-                        f"{kind} is not an address that Apprise knows; a webhook's begins with jsons://"
+                        f"{kind!r} is not an address that Apprise knows; a webhook's begins with jsons://"
                     )
                 elif not sender.notify(body=text, title=title, attach=attach):
                     words = str(log.getvalue()).strip().splitlines()  # pyright: ignore

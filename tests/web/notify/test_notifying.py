@@ -138,8 +138,9 @@ def test_what_nobody_took_is_said_after_three_tries(tmp_path):
         await lab.out()
         with pytest.raises(NotDelivered, match="503"):
             await lab.notifying.test(f"json://{address}")
-        with pytest.raises(NotDelivered, match="jsons://"):
-            await lab.notifying.test("https://lab.org/hook")
+        for wrong, words in (("https://lab.org/hook", "jsons://"), ("foo", "^'foo' is not an address")):
+            with pytest.raises(NotDelivered, match=words):
+                await lab.notifying.test(wrong)
         await runner.cleanup()
         return len(tries), lab.said
 
