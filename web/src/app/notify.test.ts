@@ -13,6 +13,7 @@ const run = (more: Partial<RunSummary>): RunSummary => ({ id: 'r', protocol: 'sc
 it('an end, a failure with its reason and a question are news, and nothing else is', () => {
   const news = [
     noticeOf(run({}), run({ live: false, fate: 'succeeded' })),
+    noticeOf(run({}), run({ live: false, fate: 'succeeded', holes: 2 })),
     noticeOf(run({}), run({ live: false, fate: 'failed', reason: 'no plasma' })),
     noticeOf(run({}), run({ live: false, fate: 'aborted', reason: 'aborted by Ada' })),
     noticeOf(run({}), run({ live: false, fate: 'aborted', reason: 'stopped at once by Ada' })),
@@ -23,6 +24,7 @@ it('an end, a failure with its reason and a question are news, and nothing else 
 
   expect(news).toEqual([
     { problem: false, text: '✓ scan is done' },
+    { problem: false, text: '✓ scan is done, with 2 holes' },
     { problem: true, text: 'scan failed: no plasma' },
     { problem: true, text: 'scan aborted by Ada' },
     { problem: true, text: 'scan aborted: stopped at once by Ada' },

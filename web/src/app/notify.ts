@@ -4,6 +4,7 @@ import { useRouter } from 'vue-router'
 import { useConnection } from '../api/updates/connection'
 import type { RunSummary } from '../api/types'
 import { endWords } from '../runs/status'
+import { counted } from '../ui/format'
 import { useNotices } from './notices'
 import { usePreferences } from './preferences'
 import { useStop } from './stop'
@@ -13,7 +14,7 @@ export function noticeOf(before: RunSummary | undefined, now: RunSummary): { pro
   if (before === undefined) return null
   if (now.questions > before.questions) return { problem: false, text: `${now.protocol} is waiting for you` }
   if (!before.live || now.live) return null
-  if (now.fate === 'succeeded') return { problem: false, text: `✓ ${now.protocol} is done` }
+  if (now.fate === 'succeeded') return { problem: false, text: `✓ ${now.protocol} is done${now.holes > 0 ? `, with ${counted(now.holes, 'hole')}` : ''}` }
   return { problem: true, text: `${now.protocol} ${endWords(now.fate, now.reason)}` }
 }
 
