@@ -31,7 +31,7 @@ USUAL_K, USUAL_SPREAD = 10_500.0, 0.35  # of ln T, where the lines do not tell
 USUAL_LOG_NE, USUAL_NE_SPREAD = float(np.log(8e16)), 1.2
 CALIBRATION = 0.08  # of ln(area): efficiency, background, the model itself
 # What one zone in equilibrium lacks, as a part of T: at all, and for each e-fold of light that the
-# thicker lines lost. Measured on spectra of one and two zones, half of them (benchmarks/coverage.py).
+# thicker lines lost. Measured on spectra of one and two zones, half of them (benchmarks/intervals.py).
 UNIFORM, THICK = 0.015, 0.035
 LEAST_SLOPE = 0.2  # of the lines' mean influence
 FEW = 10.0  # lines, by which the scatter of the others is taken to be as their errors say

@@ -19,7 +19,7 @@ SPAN = 0.35  # of the temperature, to either side
 N_GRID = 61
 # What one zone in equilibrium lacks: elements shine brightest in different parts of the plasma, whose
 # temperatures differ by so much of ln(T). Measured on spectra of one and two zones with all vices of
-# instruments (benchmarks/coverage.py), as what makes the errors of the share right. In thick plasmas
+# instruments (benchmarks/intervals.py), as what makes the errors of the share right. In thick plasmas
 # they differ as T itself is wrong there.
 APART = 0.03
 # The same of ln of any one element's amount: at all, and for each e-fold of light that its lines lost.

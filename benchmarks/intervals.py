@@ -1,8 +1,8 @@
 """Print how often the truth is within one and two errors, by vice, on seeds that chose nothing.
 
-    python benchmarks/coverage.py           6 spectra of each vice
-    python benchmarks/coverage.py 12        12 of each
-    python benchmarks/coverage.py 12 2000   12 of each, from seed 2000 on
+    python benchmarks/intervals.py           6 spectra of each vice
+    python benchmarks/intervals.py 12        12 of each
+    python benchmarks/intervals.py 12 2000   12 of each, from seed 2000 on
 
 Temperatures, lithium's shares of the cations, and wt % by closure of what is more than half a per cent, of
 spectra made by `tests/reduction/truth`, in all of which there is some lithium or may be. A closure that tells
