@@ -12,6 +12,7 @@ from ..run.folder import FolderFault
 from .formats import ExportFault
 from .tables import AXES, grid_of, numbers_of, tables
 
+NEAR_0 = 1e-9
 EVEN = 0.01
 """Of the step, that the steps of a grid may differ by and be one to an image."""
 
@@ -19,7 +20,7 @@ EVEN = 0.01
 def write(folder: Path, place: Path) -> None:
     """Write the first map of the run in `folder` to `place`; raises ExportFault and OSError.
 
-    Pages are (y, x) with y growing downwards, as in images; NaN where nothing was measured.
+    Pages are (y, x), the highest y on top as in every map of a run; NaN where nothing was measured.
     """
     try:
         pages, labels, even, unit = _map(folder)
@@ -30,10 +31,11 @@ def write(folder: Path, place: Path) -> None:
     if even is not None:
         (y, step_y), (x, step_x) = even
         scale = (1.0 / step_x, 1.0 / step_y)
-        # As ImageJ has it: the pixel at 0.
-        described |= {"xorigin": -x / step_x, "yorigin": -y / step_y}
+        # As ImageJ has it: the pixel at 0. An origin of exactly 0 it takes for one that nobody gave.
+        top = pages.shape[1] - 1 + y / step_y
+        described |= {"xorigin": -x / step_x, "yorigin": top or NEAR_0, "inverty": True}
     made = BytesIO()
-    tifffile.imwrite(made, pages, imagej=True, resolution=scale, metadata=described)
+    tifffile.imwrite(made, pages[:, ::-1], imagej=True, resolution=scale, metadata=described)
     with replace_whole(place) as out:
         out.write(made.getvalue())
 

@@ -45,12 +45,18 @@ def test_each_column_of_a_grid_is_a_page_with_its_name_scale_and_origin(exported
         per_mm = [np.divide(*file.pages[0].tags[f"{axis}Resolution"].value) for axis in ("X", "Y")]
 
     assert pages.dtype == np.float32
-    np.testing.assert_array_equal(pages[0], [[1.5, 2.5, 3.5], [4.5, np.nan, 6.5]])
+    np.testing.assert_array_equal(pages[0], [[4.5, np.nan, 6.5], [1.5, 2.5, 3.5]])
     assert told["Labels"] == ["Li", "mass (mg)"]
     assert told["unit"] == "mm"
     np.testing.assert_allclose(per_mm, [2.0, 0.5])
-    # ImageJ: place = (pixel - origin) * its size
-    np.testing.assert_allclose([told["xorigin"], told["yorigin"]], [-2, -2])
+    # ImageJ: x = (pixel - origin) * its size, and y = (origin - pixel) * its size where it is inverted
+    np.testing.assert_allclose([told["xorigin"], told["yorigin"]], [-2, 3])
+    assert told["inverty"]
+
+
+def test_a_grid_that_ends_at_0_has_an_origin_all_the_same(exported):
+    with exported(*(point(x, y, x) for x in (0, 1) for y in (-2, 0))) as file:
+        assert 0 < file.imagej_metadata["yorigin"] < 1e-6
 
 
 def test_an_uneven_grid_has_pages_but_no_scale(exported):
