@@ -91,7 +91,9 @@ def _not_utf8(data: bytes, start: int) -> Unread:
 
 
 def _inside(folder: Path) -> str:
-    """A hint naming a protocol in the folder, if there is one."""
+    """A hint naming a protocol in the folder, if there is one, or what goes on with the run that it is of."""
+    if (folder / "journal.jsonl").is_file():
+        return f"it is a run's: `labrun resume {folder}` goes on with it"
     found = sorted(entry for entry in folder.iterdir() if entry.suffix in (".yaml", ".yml"))
     return f"name a file in it, such as {found[0]}" if found else ""
 

@@ -8,7 +8,7 @@ import time
 from contextlib import suppress
 from datetime import datetime
 from hashlib import sha256
-from os.path import isdir
+from os.path import isdir, isfile
 from pathlib import Path
 from typing import IO
 
@@ -174,7 +174,10 @@ def find_run(runs: Path, name: str) -> Path:
     if fitting:
         names = ", ".join(folder.name for folder in fitting)
         raise FolderFault(f"{name!r} matches several runs: {names}")
-    raise FolderFault(f"no run {name!r} in {runs}; `labrun runs` lists the runs")
+    what = f"no run {name!r} in {runs}"
+    if isfile(name):  # noqa: PTH113 -- as above
+        what = f"{name} is a file, not a run's folder; `labrun {name}` begins a run of a protocol"
+    raise FolderFault(f"{what}; `labrun runs` lists the runs")
 
 
 class FolderLock:

@@ -19,6 +19,10 @@ def test_a_folder_names_a_protocol_in_it(tmp_path):
     assert why(tmp_path).message == "this is a folder, not a file"
     assert "scan.yaml" in why(tmp_path).hint
 
+    (tmp_path / "journal.jsonl").touch()
+
+    assert why(tmp_path).hint == f"it is a run's: `labrun resume {tmp_path}` goes on with it"
+
 
 @pytest.mark.parametrize(
     ("asked", "there"),

@@ -50,11 +50,20 @@ def test_what_may_only_be_read_is_not_live_for_that(tmp_path, monkeypatch):
     assert (held, is_live(tmp_path)) == (True, False)
 
 
-@pytest.mark.parametrize("name", ["nope", "a" * 300, ""])
-def test_a_name_of_no_run_is_refused(tmp_path, name, monkeypatch):
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("nope", "no run"),
+        ("a" * 300, "no run"),
+        ("", "no run"),
+        ("scan.yaml", "`labrun scan.yaml` begins"),
+    ],
+)
+def test_a_name_of_no_run_is_refused(tmp_path, name, words, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "scan.yaml").touch()
 
-    with pytest.raises(FolderFault, match="no run"):
+    with pytest.raises(FolderFault, match=words):
         find_run(tmp_path, name)
 
 
