@@ -271,10 +271,16 @@ def _newer_format(body: bytes) -> int | None:
     return written if written > FORMAT else None
 
 
+def read_through(path: Path) -> Follower:
+    """A follower that has gone through all whole records: how many, and the bytes behind."""
+    follower = Follower(path, NONE)
+    deque(follower.records(), maxlen=0)
+    return follower
+
+
 def reopen(path: Path, make: type[Journal] = Journal) -> tuple[Journal, Records, int]:
     """A journal to append to, its records, and how many bytes of a torn end were cut."""
-    whole = Follower(path, NONE)
-    deque(whole.records(), maxlen=0)
+    whole = read_through(path)
     torn = path.stat().st_size - whole.offset
     if torn:
         with path.open("r+b") as file:

@@ -162,6 +162,25 @@ def test_the_command_names_the_file_after_the_run(command, run, tmp_path):
     assert (tmp_path / f"{run.name}.nxs").read_bytes().startswith(b"\x89HDF")
 
 
+def test_a_torn_journal_is_exported_to_its_last_whole_record_and_one_without_any_is_refused(
+    command, run
+):
+    journal = run / "journal.jsonl"
+    whole = journal.read_bytes()
+    lines = whole.count(b"\n")
+    journal.write_bytes(whole[:-5])
+    torn = command("last", "--to", "mcap")
+
+    assert torn.exit_code == 0
+    assert f"exported are the {lines - 1} records before" in torn.output
+
+    journal.write_bytes(b"")
+    empty = command("last", "--to", "mcap", "--out", "empty.mcap")
+
+    assert empty.exit_code == 2
+    assert "has no whole record: there is nothing to export" in empty.output
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
