@@ -358,15 +358,29 @@ def _check_config(
     place = ("devices", name, "config")
     with TemporaryDirectory() as kept:  # for what some keep from their first moment
         here = Path(kept)
-        try:
-            driver = find.find_driver(device.driver, here)
-            if not hasattr(driver, "config_model"):  # whose config is read above
-                driver(Place(name, device.config, {}, here, here, contract))
-        except Misfit as fault:
+
+        def fault_of(config: dict[str, Any]) -> Exception | None:
+            try:
+                driver = find.find_driver(str(device.driver), here)
+                if not hasattr(driver, "config_model"):  # whose config is read above
+                    driver(Place(name, config, {}, here, here, contract))
+            except (OSError, ImportError, find.DriverFault):
+                return None  # what is missing here is told where the device is served
+            except Exception as fault:  # what a driver makes of a wrong value is anything
+                return fault
+            return None
+
+        fault = fault_of(device.config)
+        if isinstance(fault, Misfit):
             is_key = isinstance(fault, UnknownKey)
             yield source.problem((*place, *fault.path), "E132", str(fault), key=is_key)
-        except Exception:  # whatever else: it is told where the device is served, and its files are
-            return
+        elif fault is not None:  # by the one without which there is none
+            for key, value in device.config.items():
+                if fault_of({k: v for k, v in device.config.items() if k != key}) is None:
+                    words = f"{key} is {value!r}, which {device.driver} does not take"
+                    message = str(fault) if key in str(fault) else words
+                    yield source.problem((*place, key), "E132", message)
+                    return
 
 
 def _check_limits(
