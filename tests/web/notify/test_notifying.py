@@ -138,7 +138,10 @@ def test_what_nobody_took_is_said_after_three_tries(tmp_path):
         await lab.out()
         with pytest.raises(NotDelivered, match="503"):
             await lab.notifying.test(f"json://{address}")
-        for wrong, words in (("https://lab.org/hook", "jsons://"), ("foo", "^'foo' is not an address")):
+        for wrong, words in (
+            ("https://lab.org/hook", "jsons://"),
+            ("foo", "^'foo' is not an address"),
+        ):
             with pytest.raises(NotDelivered, match=words):
                 await lab.notifying.test(wrong)
         await runner.cleanup()
