@@ -34,7 +34,7 @@ async def reach(controller: Controller, boot_s: float) -> None:
         if settings.unfit:
             raise OSError(f"{controller.port.name}: {settings.unfit}")
         controller.configure(settings)
-        await _learn_offset(controller)
+        await learn_offset(controller)
     except BaseException as fault:  # a cancel as well
         controller.disconnected(str(fault))
         await controller.port.close()
@@ -98,7 +98,8 @@ async def _homes_at(controller: Controller, axes: int) -> dict[int, float]:
     return places
 
 
-async def _learn_offset(controller: Controller) -> None:
+async def learn_offset(controller: Controller) -> None:
+    """Look until a report has told the work offset."""
     for _ in range(OFFSET_LOOKS):
         await controller.look()
         if controller.reports.offset is not None:

@@ -15,6 +15,10 @@ OVERRIDE_LOOKS, OVERRIDE_S = 20, (0.03, 0.1, 0.3)
 """Seconds from one real-time byte to the next: longer, where the report shows that some were lost."""
 
 
+def changed_words(changed: str) -> str:
+    return f"another program has changed {changed}, so its place is not known; home it"
+
+
 class GrblDialect(JogRules):
     """A gantry behind GRBL, over a serial port or through OpenBuilds CONTROL."""
 

@@ -9,28 +9,32 @@ switches), `boot_s` (how long the banner may take). `docs/how-to/gantry.md` expl
 import asyncio
 import contextlib
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, ClassVar
 
 from ...system.tasks import end, keep, spawn
 from ..driver import GoalContext, Place
 from ..motion.bench import Point, bench_from_here, place_words, read_bench
 from ..motion.config import PLACING
-from ..motion.faults import Ended, Lost, MotionFault, Restarted, Silent
+from ..motion.faults import Ended, Lost, MotionFault, Refused, Restarted, Silent
 from .alarm import TRIES, recover
-from .boot import reach
+from .boot import learn_offset, reach
 from .controller import HOLD, RESUME, Contact, Controller
-from .dialect import GrblDialect, zero_line
+from .dialect import GrblDialect, changed_words, zero_line
 from .faults import StillLocked
 from .homing import home
 from .jog import jog_by, jog_while
 from .motion import Move
 from .report import Report
+from .settings import Settings
 from .status_words import state_of, trouble_of
 from .stopping import finished, stop, wake
 
 AGAIN_S = 1.0
 STATUS_S = 0.8
 HELD_S = 3.0
+SAME = 4
+SETTINGS_S = 30.0  # behind a dwell of another program
 
 
 class Grbl(GrblDialect):
@@ -51,6 +55,8 @@ class Grbl(GrblDialect):
         self.controller.on_report = self._reported
         self._tasks: set[asyncio.Task[None]] = set()
         self._recovery: asyncio.Task[None] | None = None
+        self._left: Point | None = None
+        """Where it stood when its settings were last known to hold."""
 
     async def open(self) -> None:
         await self._reach()
@@ -89,8 +95,10 @@ class Grbl(GrblDialect):
                     await self._recovered()
                     await self._clear_hold()
                     await home(self.controller, seconds, self._ended(goal))
+                    await self._learn_again()
                     await self._step_inside()
                 self._read_report()
+                self._left = self._place_known()
         except Ended:
             raise self._ending(goal, "HomingFailed", "unknown") from None
 
@@ -141,10 +149,34 @@ class Grbl(GrblDialect):
 
     async def _reach(self) -> None:
         await reach(self.controller, float(self.place.config.get("boot_s", 3)))
-        if "home_here" not in self.place.config:
-            self.bench = read_bench(self.place.config, self.limits, self.controller.settings.ranges)
-        self._learn(self.controller.settings)
+        self._lay_out()
         self._read_report()
+
+    def _lay_out(self) -> None:
+        settings = self.controller.settings
+        if "home_here" not in self.place.config:
+            self.bench = read_bench(self.place.config, self.limits, settings.ranges)
+        self._learn(settings)
+
+    async def _learn_again(self) -> str:
+        """Read its settings, which another program may have changed: what that does to its place."""
+        c = self.controller
+        before, told = c.settings, {}
+        for _ in range(SAME):  # one that differs by noise alone is not told twice
+            last, told = told, Settings.read(await c.ask("$$", SETTINGS_S)).values
+            if told == before.values:
+                return ""
+            if told == last:
+                break
+        else:
+            raise Silent(f"it does not tell its settings twice alike; {c.last_words}")
+        settings = replace(before, values=told)
+        if settings.unfit:
+            raise MotionFault(settings.unfit)
+        c.configure(settings)
+        self._lay_out()
+        await learn_offset(c)
+        return settings.rescaled(before)
 
     async def _keep(self) -> None:
         """Reopen the port whenever it was lost; the gantry's position is then unknown."""
@@ -264,6 +296,8 @@ class Grbl(GrblDialect):
                     f"it stopped responding: {fault}. It may still finish what it was sent; "
                     f"plug it in again, and home it"
                 ) from fault
+            finally:
+                self._left = self._place_known()
 
     def _place_known(self) -> Point | None:
         return self.controller.report.machine if self.controller.report else None
@@ -281,7 +315,17 @@ class Grbl(GrblDialect):
         return f"{self.place.device} ({c.kind.name} on {c.port.name})"
 
     async def _look(self) -> Point | None:
-        return None if self.controller.dead else (await self.controller.look()).machine
+        c = self.controller
+        if c.dead:
+            return None
+        report = await c.look()
+        if c.homed and report.state == "Idle" and report.machine != self._left:
+            with contextlib.suppress(Refused):  # it has just begun to move
+                if changed := await self._learn_again():
+                    c.homed = False
+                    c.alarm = changed_words(changed)
+                self._left = report.machine
+        return report.machine
 
     def _held_in(self) -> str:
         c = self.controller

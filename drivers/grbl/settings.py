@@ -48,6 +48,12 @@ class Settings:
                 continue
         return cls(values, options, firmware)
 
+    def rescaled(self, before: "Settings") -> str:
+        """What another program has changed since in how places are counted and told; empty if nothing."""
+        old, new = before.values, self.values
+        now = [n for n in (13, *range(100, 106)) if old.get(n) != new.get(n)]
+        return ", ".join(f"${n} from {old.get(n, 0):g} to {new.get(n, 0):g}" for n in now)
+
     @property
     def axes(self) -> int:
         """How many axes the machine has: at least three, at most six."""

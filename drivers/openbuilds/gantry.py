@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 from ...system.tasks import end, keep
 from ..driver import GoalContext, Place
-from ..grbl.dialect import GrblDialect, zero_line
+from ..grbl.dialect import GrblDialect, changed_words, zero_line
 from ..grbl.jog import words_of
 from ..grbl.report import ReportReader
 from ..grbl.settings import Settings, homes_at_of
@@ -57,6 +57,7 @@ class OpenBuilds(GrblDialect):
         )
         self.alone = f"OpenBuilds CONTROL at {self.control.url}"
         self._keeper: asyncio.Task[None] | None = None
+        self._settings = Settings()
 
     async def open(self) -> None:
         await self.control.open()
@@ -98,6 +99,11 @@ class OpenBuilds(GrblDialect):
             seconds = float(self.place.config.get("homing_timeout", 120))
             late = HomingFailed.too_long(seconds)
             await watch(control, answer, self._ended(goal), seconds=seconds, late=late)
+            await control.ask("$$", SETTINGS_S)
+            settings = self._told_settings()
+            if settings.unfit:
+                raise MotionFault(settings.unfit)
+            self._lay_out(settings)
             control.homed, control.alarm = True, ""
             control.unsettle()
             if line := self._line_inside((await control.view_at_rest()).machine):
@@ -139,17 +145,27 @@ class OpenBuilds(GrblDialect):
                 raise OSError(
                     f"{self._name()} does not report its settings (`$$`): {fault}"
                 ) from fault
-        lines = [f"{number}={value}" for number, value in control.settings.items()]
-        settings = Settings.read(lines, control.look().options, control.kind)
+        settings = self._told_settings()
         if settings.firmware.own_scale:
             settings = replace(settings, homes_at=homes_at_of(await self._ask_configuration()))
         if settings.unfit:
             raise OSError(f"{self._name()}: {settings.unfit}")
-        self.bench = read_bench(self.place.config, self.limits, settings.ranges)
-        self._learn(settings)
+        self._lay_out(settings)
         control.unsettle()  # opening the port has booted the controller
         with contextlib.suppress(Lost):
             await control.view_at_rest()
+
+    def _told_settings(self) -> Settings:
+        """As the controller told them last, to whichever program has asked."""
+        control = self.control
+        lines = [f"{number}={value}" for number, value in control.settings.items()]
+        settings = Settings.read(lines, control.look().options, control.kind)
+        return replace(settings, homes_at=self._settings.homes_at)
+
+    def _lay_out(self, settings: Settings) -> None:
+        self._settings = settings
+        self.bench = read_bench(self.place.config, self.limits, settings.ranges)
+        self._learn(settings)
 
     async def _ask_settings(self) -> None:
         """Stop a move that an earlier server began: `$$` would wait behind it.
@@ -334,7 +350,11 @@ class OpenBuilds(GrblDialect):
         return f"{self.place.device} (OpenBuilds CONTROL at {self.control.url})"
 
     async def _look(self) -> None:
-        """CONTROL reports ten times a second, without being asked."""
+        """CONTROL reports ten times a second, without being asked, and its page reads what it has set."""
+        control = self.control
+        if control.homed and (changed := self._told_settings().rescaled(self._settings)):
+            control.homed = False
+            control.alarm = changed_words(changed)
 
     def _held_in(self) -> str:
         run = self.control.look().run

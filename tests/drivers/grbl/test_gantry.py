@@ -334,6 +334,43 @@ def test_a_move_of_another_program_is_held_and_gone_on_with(peers, gantry, playe
     assert resumed["state"] == "moving"
 
 
+@pytest.mark.parametrize("line", [b"$100=100\n", b"$13=1\n"])
+def test_a_scale_that_another_program_has_changed_is_told_before_a_move(
+    peers, gantry, played, line
+):
+    peer = peers(homing_s=0.1, speed=200)
+
+    async def story(driver):
+        await driver.move_to(GoalContext("m"), x=20)
+        stood = list(peer.steps)
+        await driver.controller.ask(line.decode().strip())
+        with pytest.raises(ActionFailed, match=rf"has changed \{line[:3].decode()}.*; home it"):
+            await driver.move_to(GoalContext("n"), x=30)
+        assert peer.steps == stood
+        await driver.home(GoalContext("h"))
+        return await driver.move_to(GoalContext("o"), x=30)
+
+    place = played(gantry(peer), story)
+
+    assert place["x"] == pytest.approx(30, abs=0.006)
+    assert peer.place[0] - PEER["x"] == pytest.approx(30, abs=0.006)
+
+
+def test_bench_zero_stays_at_its_corner_though_another_program_has_changed_the_travel(
+    peers, gantry, played
+):
+    peer = peers(homing_s=0.1, speed=200)
+
+    async def story(driver):
+        await driver.controller.ask("$130=500")
+        await driver.home(GoalContext("h"))
+        return await driver.status(), driver.bench.high[0]
+
+    status, high = played(gantry(peer), story)
+
+    assert (status["x"], high) == (pytest.approx(0, abs=0.006), 495)
+
+
 def test_a_hold_where_nothing_moves_is_not_kept_for_the_next_move(peer, gantry, played):
     async def story(driver):
         await driver.hold(GoalContext("h"))

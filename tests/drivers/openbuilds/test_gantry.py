@@ -370,6 +370,28 @@ def test_a_move_that_was_lost_sight_of_is_held_and_gone_on_with(peers, played):
 
 
 @pytest.mark.soak
+def test_steps_per_mm_that_were_set_on_its_page_cost_the_place_until_it_is_homed(peers, played):
+    peer = peers(homing_s=0.1)
+
+    async def story(driver, control):
+        await driver.move_to(GoalContext("m"), x=20)
+        stood = list(peer.steps)
+        await driver.control.run("$100=100")
+        await driver.control.ask("$$", 5)  # as its page does
+        with pytest.raises(ActionFailed, match=r"has changed \$100 from 199.1 to 100.*; home it"):
+            await driver.move_to(GoalContext("n"), x=30)
+        assert peer.steps == stood
+        await driver.unlock(GoalContext("u"))
+        await driver.home(GoalContext("h"))
+        return await driver.move_to(GoalContext("o"), x=30)
+
+    place = played(peer, story)
+
+    assert place["x"] == pytest.approx(30, abs=0.006)
+    assert peer.place[0] - -805 == pytest.approx(30, abs=0.006)
+
+
+@pytest.mark.soak
 def test_an_axis_of_grblhal_moves_alone_from_where_it_has_homed(peers, played):
     async def story(driver, control):
         return await driver.move_to(GoalContext("z"), z=0.0)
