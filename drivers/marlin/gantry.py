@@ -6,7 +6,6 @@ Configuration: `port`, `baud` (115200), `boot_s` (how long its start may take), 
 
 import asyncio
 import contextlib
-from dataclasses import replace
 from typing import Any, ClassVar
 
 from ...system.tasks import end, spawn
@@ -16,12 +15,13 @@ from ..motion.config import PLACING
 from ..motion.faults import Ended, HomingFailed, MotionFault, NotStopped, NotThere
 from ..motion.fed_gantry import FedGantry, fastest
 from .link import Link
-from .machine import Machine, read_machine, read_pins, read_place, read_ranges, read_shift
+from .machine import Machine, read_machine, read_pins, read_place, read_shift
 
 CLOSED_S = 0.3
 """How long the port stays closed, so that the board notices."""
 LOOK_S = 0.05
 BROKEN_OFF_S = 3.0
+STOPPED = "it was stopped without braking in a move of another program (`M410`); home it"
 ABSOLUTE = "G90"
 SHIFTED_MM = 0.05
 """More than the rounding of M114 and of a step."""
@@ -42,6 +42,7 @@ class Marlin(FedGantry):
         self.known = self.link = Link(str(place.config["port"]), baud)
         self.alone = f"Marlin on {self.link.port.name}"
         self.machine = Machine()
+        self._capabilities: list[str] = []
         self.full_power = 255.0
         self.percent: tuple[int, ...] = (100, 100)
         self._engaged = ""
@@ -55,20 +56,23 @@ class Marlin(FedGantry):
         link = self.link
         await link.open(float(self.place.config.get("boot_s", 5)))
         try:
-            capabilities = await link.ask("M115")
-            told = [*await link.ask("M503"), *await link.ask("M211")]
-            self.machine = read_machine(told, capabilities)
+            self._capabilities = await link.ask("M115")
+            await self._learn()
             for line in ("G21", ABSOLUTE, STAYS_ON, "M220 S100"):
                 with contextlib.suppress(NotThere):  # a build without inches has no G21
                     await link.ask(line)
             await self._still()
-        except (MotionFault, ValueError) as fault:
+        except MotionFault as fault:
             raise OSError(f"{link.port.name}: Marlin was reached, but {fault}") from fault
-        self._lay_out()
-        self.tolerance = self.machine.tolerance
 
-    def _lay_out(self) -> None:
+    async def _learn(self) -> None:
+        told = [*await self.link.ask("M503"), *await self.link.ask("M211")]
+        try:
+            self.machine = read_machine(told, self._capabilities)
+        except ValueError as fault:
+            raise MotionFault(str(fault)) from fault
         self.bench = read_bench(self.place.config, self.limits, self.machine.ranges)
+        self.tolerance = self.machine.tolerance
 
     async def _reach_again(self) -> None:
         """Reopen the port; the gantry's position is then unknown."""
@@ -103,13 +107,23 @@ class Marlin(FedGantry):
                 raise HomingFailed(str(fault)) from fault
             if faults := [line for line in told if "fail" in line.lower()]:
                 raise HomingFailed(f"it said `{faults[0]}`")
+            await (
+                self._learn()
+            )  # another program may have set it, and a `G92` has shifted its ranges
             await self._still()
-            ranges = read_ranges(await link.ask("M211"))  # a `G92` left before had shifted them
-            if ranges != self.machine.ranges:
-                self.machine = replace(self.machine, ranges=ranges)
-                self._lay_out()
             await link.ask(STAYS_ON)
             link.homed, link.alarm = True, ""
+
+    async def _stop(self) -> None:
+        """It tells where a move will end, and not that it moves: so another program's is ended unseen."""
+        link = self.link
+        if self._doing is None and not (link.halted or link.lost):
+            planned = await self._machine()
+            await link.ask("M410")
+            stands = await self._still()
+            if any(abs(a - b) > self.tolerance for a, b in zip(planned, stands, strict=True)):
+                link.homed, link.alarm = False, STOPPED
+        await super()._stop()
 
     async def _break_off(self) -> None:
         """Halt the firmware itself: it has nothing milder that works while it homes or touches."""

@@ -39,6 +39,7 @@ class Peer:
             0.0,
             0.0,
         ]  # the part of it that a G92 has made: its steps know nothing of it
+        self.per_mm = [80.0, 80.0, 400.0]
         self.stands, self.heard = [], []
         self.surface = None
         self.homing_fails = False
@@ -222,10 +223,17 @@ class Peer:
                 a, b, c = (
                     round((at + by - shift) * per_mm)
                     for at, by, shift, per_mm in zip(
-                        self.place, self.offset, self.shift, (80, 80, 400), strict=True
+                        self.place, self.offset, self.shift, self.per_mm, strict=True
                     )
                 )
                 self.say(f"X:{x:.2f} Y:{y:.2f} Z:{z:.2f} E:0.00 Count X:{a} Y:{b} Z:{c}")
+            case "M410":
+                self.told = [p + by for p, by in zip(self.place, self.offset, strict=True)]
+                self.blocks.clear()
+            case "M92":
+                self.per_mm = [
+                    words.get(a, per_mm) for a, per_mm in zip("XYZ", self.per_mm, strict=True)
+                ]
             case "G92":
                 for i, axis in enumerate("XYZ"):
                     by = words.get(axis, self.told[i]) - self.told[i]
@@ -236,7 +244,8 @@ class Peer:
                 self.say(f"Cap:EMERGENCY_PARSER:{int(self.emergency)}")
             case "M503":
                 x, y, z = self.rates
-                self.say("echo:  M92 X80.00 Y80.00 Z400.00 E500.00")
+                a, b, c = self.per_mm
+                self.say(f"echo:  M92 X{a:.2f} Y{b:.2f} Z{c:.2f} E500.00")
                 self.say(f"echo:  M203 X{x:.2f} Y{y:.2f} Z{z:.2f} E25.00")
                 self.say("echo:  M201 X3000.00 Y3000.00 Z3000.00 E10000.00")
                 self.say("echo:  M204 P3000.00 R3000.00 T3000.00")

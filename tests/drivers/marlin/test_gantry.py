@@ -151,7 +151,9 @@ def test_a_zero_that_another_program_has_shifted_is_noticed_and_homing_clears_it
         with pytest.raises(ActionFailed, match=r"shifted its zero by X -5.00 mm") as refused:
             await driver.move_to(GoalContext("2"), x=30)
         stood = at(peer)[0]
+        await driver.link.ask("M92 X160")
         await driver.home(GoalContext("i"))
+        await driver.link.ask("G0 X10")  # no shift, by the steps that it has now
         await driver.move_to(GoalContext("3"), x=30)
         return refused.value, stood
 
@@ -159,6 +161,24 @@ def test_a_zero_that_another_program_has_shifted_is_noticed_and_homing_clears_it
 
     assert (refused.name, refused.happened, stood) == ("Alarm", "no", 20)
     assert at(peer)[0] == 30
+
+
+def test_a_halt_stops_a_move_of_another_program(peers, gantry):
+    peer = peers(speed=5)
+
+    async def story(driver):
+        await driver.home(GoalContext("h"))
+        await driver.link.ask("G1 X190 F600")
+        await driver.halt(GoalContext("halt"))
+        stood = at(peer)[0]
+        await asyncio.sleep(0.1)
+        return stood, at(peer)[0], await driver.status()
+
+    stood, stands, status = played(gantry(peer), story)
+
+    assert stood == stands < 190
+    assert (status["state"], status["homed"]) == ("alarm", False)
+    assert "stopped without braking in a move of another program" in status["alarm"]
 
 
 def test_homing_that_finds_no_switch_halts_marlin_and_unlock_restarts_it(peers, gantry):
