@@ -18,6 +18,7 @@ from ..plasma.response import (
     DOUBTFUL,
     LEVEL,
     LOOSE,
+    OPEN,
     STEPPED,
     Response,
     Usual,
@@ -200,8 +201,11 @@ def identify(
         if response is not None:
             bend = replace(loose, start=response.log_gain)
             missing = missing_lines(known, expected, matched, indexed)
+        free = bend
+        if last and response is not None:
+            free = replace(bend, stiff=stiffness(bend.knots_nm, seams_nm, OPEN))
         kelvin = plot.temperature_k if plot else start_k
-        plot = fit_plot(lines, known_density(hydrogen), kelvin, STEPS, bend, missing, last)
+        plot = fit_plot(lines, known_density(hydrogen), kelvin, STEPS, free, missing, last)
         if response is not None and plot is not None:
             response = plot.response
     if plot is not None and plot.response is not None:

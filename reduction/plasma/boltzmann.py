@@ -33,6 +33,7 @@ CALIBRATION = 0.08  # of ln(area): efficiency, background, the model itself
 # What one zone in equilibrium lacks, as a part of T: at all, and for each e-fold of light that the
 # thicker lines lost. Measured on spectra of one and two zones, half of them (benchmarks/intervals.py).
 UNIFORM, THICK = 0.015, 0.035
+MOST_BY_GAIN = 0.96  # of the variance of ln(temperature), that the response's freedom may make
 LEAST_SLOPE = 0.2  # of the lines' mean influence
 FEW = 10.0  # lines, by which the scatter of the others is taken to be as their errors say
 FAR, USUAL_SQUARE = 9.0, 0.995  # z^2 of an outlier; mean of z^2 of a normal law, at most FAR each
@@ -96,7 +97,8 @@ class Plot:
     ln(area) minus the model. flags: warnings for the user. response: None where a fixed one was
     assumed. names, covariance: elements of the plot, (k,), and the covariance of ln of their
     amounts, (k, k), all else unknown. scatter: what their variances are times those of `covariance`, by
-    what the lines really scatter (see `scatter`).
+    what the lines really scatter (see `scatter`). blind: by how much larger the error of ln(temperature)
+    is than it were if the response were known: so much more of what the model lacks goes into it.
     """
 
     temperature_k: float
@@ -113,6 +115,7 @@ class Plot:
     names: IntArray
     covariance: FloatArray
     scatter: float
+    blind: float
 
     @property
     def lost(self) -> float:
@@ -285,17 +288,21 @@ def _as_plot(p, covariance, kept, residual, sigma, lines, names, which, bend: Be
         flags.append("upper levels lie close together")
     if np.min(part) < 0.7:
         flags.append("strong lines absorb themselves")
-    by_heat = float(np.sqrt(by_lines * error[0] ** 2 + UNIFORM**2 + (THICK * _lost(part)) ** 2))
-    response = None
+    response, blind = None, 1.0
     if n_knots:
+        with_gain, gain = covariance[0, 3 + k :], covariance[3 + k :, 3 + k :]
+        by_gain = float(with_gain @ np.linalg.solve(gain, with_gain))
+        blind = float((1.0 - min(by_gain / covariance[0, 0], MOST_BY_GAIN)) ** -0.5)
         # The level itself is in the amounts: only differences along the axis have an error here.
         middle = np.eye(n_knots) - 1.0 / n_knots
         own = middle @ covariance[3 + k :, 3 + k :] @ middle
         response = Response(bend.knots_nm, p[3 + k :], np.sqrt(np.maximum(np.diag(own), 0.0)))
+    lack = blind * np.hypot(UNIFORM, THICK * _lost(part))
+    by_heat = float(np.sqrt(by_lines * error[0] ** 2 + lack**2))
     plot = Plot(
         kelvin, kelvin * by_heat, float(p[1] / np.log(10)), float(error[1] / np.log(10)),
         float(p[2]), scale, part, residual, chi2, tuple(flags), response, names,
-        covariance[3 : 3 + k, 3 : 3 + k], by_lines,
+        covariance[3 : 3 + k, 3 : 3 + k], by_lines, blind,
     )  # fmt: skip
     if plot.temperature_at_bound:
         flags.append("the lines do not tell the temperature")

@@ -47,13 +47,14 @@ class ShareCurve(NamedTuple):
 
 
 def lithium_share(lines: PlotLines, plot: Plot) -> LithiumShare | None:
-    """From the Saha-Boltzmann plot, corrected for self-absorption; None if lithium is not in it.
+    """From the Saha-Boltzmann plot, corrected for self-absorption; None if lithium is not in it,
+    or the temperature is not told: the share would go with it.
 
     Each element's amount is the mean over its lines of area / (kept part * shine of one atom),
     recomputed at every temperature and density.
     """
     names = atoms().elements
-    if not np.any(names[lines.element] == "Li"):
+    if plot.temperature_at_bound or not np.any(names[lines.element] == "Li"):
         return None
     share = _share(lines, plot, plot.temperature_k, 10**plot.log10_ne)
     error = min(share * _relative_error(lines, plot), max(share, 1.0 - share))
@@ -99,7 +100,7 @@ def _relative_error(lines: PlotLines, plot: Plot) -> float:
     parts = np.exp(log_amount - log_amount.max())
     turn = np.where(atoms().elements[plot.names] == "Li", 1.0, 0.0) - parts / parts.sum()
     fitted = max(plot.scatter * float(turn @ plot.covariance @ turn), 0.0)
-    apart = np.hypot(APART, THICK_BY_HEAT * plot.lost)
+    apart = plot.blind * np.hypot(APART, THICK_BY_HEAT * plot.lost)
     return float(np.sqrt(fitted + (apart * (turn @ _by_heat(lines, plot))) ** 2))
 
 

@@ -36,6 +36,7 @@ class Usual:
 
 
 LOOSE = Usual(0.45, 1.3, 3.0)  # of any instrument
+OPEN = Usual(1.0, 1.5, 4.0)  # the same where T is told: detectors fall off faster at their ends
 DOUBTFUL = Usual(0.25, 0.6, 1.0)  # of one that nothing shows, while the lines scatter too much
 STEPPED = Usual(0.04, 1.3, 3.0)  # of one that is level but for jumps, which its light shows
 LEVEL = Usual(0.04, 0.1, 0.1)  # of one whose response was divided out

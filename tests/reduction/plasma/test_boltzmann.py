@@ -3,10 +3,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from labrun.reduction.plasma.boltzmann import Bend, Known, PlotLines, fit_plot, misfit, scatter
+from labrun.reduction.plasma.boltzmann import (
+    THICK,
+    UNIFORM,
+    Bend,
+    Known,
+    PlotLines,
+    fit_plot,
+    misfit,
+    scatter,
+)
 from labrun.reduction.plasma.growth import log_depth_of_unit
 from labrun.reduction.plasma.plot_fit import trust
-from labrun.reduction.plasma.response import LOOSE, knots, stiffness
+from labrun.reduction.plasma.response import LOOSE, OPEN, knots, stiffness
 
 from .uniform_plasma import lines_at
 
@@ -76,6 +85,18 @@ def test_a_response_that_may_be_off_widens_the_errors_of_amounts():
     assert sure is not None and unsure is not None and sure.response is None
     ratio = np.array([1.0, -1.0])
     assert ratio @ unsure.covariance @ ratio > 2 * ratio @ sure.covariance @ ratio
+
+
+def test_what_one_zone_lacks_is_more_of_an_error_where_a_free_response_hides_the_temperature():
+    """Few lines of neutral silicon: a little more heat looks like a little more gain in the ultraviolet."""
+    lines = lines_at(10_000.0, 17.0, elements=("Si",))
+    neutral = PlotLines(*(getattr(lines, name)[:12] for name in PlotLines.__slots__))
+    known, free = fit_plot(neutral), fit_plot(neutral, bend=bend(OPEN))
+
+    assert known is not None and free is not None
+    assert known.blind == 1.0 and 2.0 < free.blind <= 5.0
+    lack = free.blind * np.hypot(UNIFORM, THICK * free.lost)
+    assert free.temperature_error_k > free.temperature_k * lack
 
 
 def test_a_line_that_is_missing_only_says_that_it_is_faint():

@@ -1,8 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from labrun.reduction.plasma.boltzmann import Known, fit_plot
 from labrun.reduction.plasma.lithium_share import lithium_share, share_curve
+from labrun.reduction.plasma.plot_fit import COOLEST_K
 from labrun.reduction.plasma.strengths import atoms
 from labrun.reduction.tables.plot import cation_fraction
 
@@ -42,6 +45,12 @@ def test_no_lithium_has_no_share():
     lines = lines_at(10_000.0, 17.0)
 
     assert lithium_share(lines, fit_plot(lines)) is None
+
+
+def test_a_temperature_at_the_bound_of_the_fit_tells_no_share():
+    lines, plot = plot_with_lithium(0.1)
+
+    assert lithium_share(lines, replace(plot, temperature_k=COOLEST_K)) is None
 
 
 def test_the_share_in_spodumene_is_near_that_of_its_formula(reduced):
