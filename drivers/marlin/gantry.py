@@ -107,9 +107,8 @@ class Marlin(FedGantry):
                 raise HomingFailed(str(fault)) from fault
             if faults := [line for line in told if "fail" in line.lower()]:
                 raise HomingFailed(f"it said `{faults[0]}`")
-            await (
-                self._learn()
-            )  # another program may have set it, and a `G92` has shifted its ranges
+            # Another program may have set it, and a `G92` has shifted its ranges.
+            await self._learn()
             await self._still()
             await link.ask(STAYS_ON)
             link.homed, link.alarm = True, ""
