@@ -9,7 +9,9 @@ from ...schemas.quantity import same_dimension
 from .calculated import BARE, OF_LISTS, OF_NUMBERS, type_of_calculation
 from .calculations import CALCULATIONS
 from .functions import FUNCTIONS, LITERAL
+from .grid import FITS, ORDERS
 from .own_functions import misfit
+from .suggest import did_you_mean, listed
 from .types import ANY, INTEGER, MOMENT, NUMBER, TEXT, Type, either, fields, in_words, number
 
 if TYPE_CHECKING:
@@ -36,7 +38,24 @@ def type_of_call(inference: "Inference", node: ast.Call) -> Type:
         return inference.fault("E307", f"{name}: {fault}", f"write {_example(name)}")
     if name in TOGETHER and not _are_alike(inference, name, node, positional):
         return ANY
+    if name in OPTIONS and (fault := _unknown_option(inference, name, node)) is not None:
+        return fault
     return _result(inference, name, bound.arguments)
+
+
+OPTIONS = {"span": ("fit", FITS), "grid": ("order", ORDERS)}
+"""What may be said in one of a few words, and these."""
+
+
+def _unknown_option(inference: "Inference", name: str, node: ast.Call) -> Type | None:
+    option, known = OPTIONS[name]
+    for keyword in node.keywords:
+        if keyword.arg == option and _is_text(keyword.value):
+            said = keyword.value.value  # type: ignore[attr-defined]
+            if said not in known:
+                message = f"{name}: {option} is {said!r}{did_you_mean(said, known)}"
+                return inference.fault("E307", message, f"it is one of {listed(known)}")
+    return None
 
 
 TOGETHER = {"min", "max", "sum", "mean", "median", "stdev", "sorted", "linspace", "atan2"}
