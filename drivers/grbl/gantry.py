@@ -33,7 +33,7 @@ from .stopping import finished, stop, wake
 AGAIN_S = 1.0
 STATUS_S = 0.8
 HELD_S = 3.0
-SAME = 4
+READINGS = 4
 SETTINGS_S = 30.0  # behind a dwell of another program
 
 
@@ -162,7 +162,7 @@ class Grbl(GrblDialect):
         """Read its settings, which another program may have changed: what that does to its place."""
         c = self.controller
         before, told = c.settings, {}
-        for _ in range(SAME):  # one that differs by noise alone is not told twice
+        for _ in range(READINGS):  # one that differs by noise alone is not told twice
             last, told = told, Settings.read(await c.ask("$$", SETTINGS_S)).values
             if told == before.values:
                 return ""

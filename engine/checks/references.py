@@ -190,7 +190,6 @@ from collections.abc import Iterator
 
 from ...schemas.problem import Problem
 from ..language.infer import Fault
-from ..language.shape import Place
 from ..language.suggest import did_you_mean, listed
 from ..survey.spots import Spot, StepAt
 from .context import Context
@@ -221,12 +220,10 @@ def check(context: Context) -> Iterator[Problem]:
         for name, schema in action.param_schemas().items():
             of = schema.get("items", {}).get("computed_from")
             if of and name in at.arguments and of in at.arguments:
-                yield from _computed_from(context, (*at.place, "with", name), at, name, of)
+                yield from _computed_from(context, at, name, of)
 
 
-def _computed_from(
-    context: Context, place: Place, at: StepAt, name: str, of: str
-) -> Iterator[Problem]:
+def _computed_from(context: Context, at: StepAt, name: str, of: str) -> Iterator[Problem]:
     """Texts that a device computes, such as an optimizer's constraints, from the keys of another argument."""
     texts, known = at.arguments[name].raw, at.arguments[of].raw
     if not isinstance(texts, list) or not isinstance(known, dict):
@@ -234,15 +231,16 @@ def _computed_from(
     for index, text in enumerate(texts):
         if not isinstance(text, str) or "${{" in text:
             continue
+        place = (*at.place, "with", name, index)
         try:
             tree = ast.parse(text.strip(), mode="eval")
         except (SyntaxError, ValueError, RecursionError, MemoryError):
-            yield context.source.problem((*place, index), "E300", f"{text!r} cannot be computed")
+            yield context.source.problem(place, "E300", f"{text!r} cannot be computed")
             continue
         names = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name)]
         for unknown in dict.fromkeys(one for one in names if one not in known):
             yield context.source.problem(
-                (*place, index), "E302", f"{of} has no {unknown}{did_you_mean(unknown, known)}",
+                place, "E302", f"{of} has no {unknown}{did_you_mean(unknown, known)}",
                 f"it has {listed(known)}",
             )  # fmt: skip
 

@@ -4,7 +4,6 @@ Mean compositions of igneous rocks after Le Maitre (J. Petrol. 17, 589 (1976)), 
 potassium and sodium go with each other, and so do iron, magnesium, calcium and titanium.
 """
 
-from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -31,21 +30,13 @@ _MEANS = (
     (58.1, 0.65, 15.4, 6.7, 2.4, 3.1, 1.3, 3.2),  # shale
     (66.7, 0.60, 13.5, 5.5, 2.1, 2.5, 2.9, 2.0),  # greywacke
 )
-_WITHIN = (
-    0.06,
-    0.5,
-    0.15,
-    0.3,
-    0.5,
-    0.35,
-    0.3,
-    0.5,
-)  # of ln, standard deviation within a kind of rock
+# Of ln, the standard deviation of each element within a kind of rock.
+_WITHIN = (0.06, 0.5, 0.15, 0.3, 0.5, 0.35, 0.3, 0.5)
 _WIDER = 2.0  # times the variance: rocks of other kinds
 
 
 @lru_cache(maxsize=32)
-def of_rocks(names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+def of_rocks(names: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
     """Mean of ln(mass) of some of ELEMENTS, (n,), and its covariance, (n, n)."""
     log = np.log(np.array(_MEANS) * _OF_OXIDE)
     covariance = _WIDER * (np.cov(log.T) + np.diag(np.square(_WITHIN)))
