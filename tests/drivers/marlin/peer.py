@@ -220,11 +220,9 @@ class Peer:
                     self.say("ok")
                     time.sleep(0.05)  # else both are read at once
                 x, y, z = self.told
-                a, b, c = (
-                    round((at + by - shift) * per_mm)
-                    for at, by, shift, per_mm in zip(
-                        self.place, self.offset, self.shift, self.per_mm, strict=True
-                    )
+                a, b, c = (  # of what is planned, too
+                    round((at - shift) * per_mm)
+                    for at, shift, per_mm in zip(self.told, self.shift, self.per_mm, strict=True)
                 )
                 self.say(f"X:{x:.2f} Y:{y:.2f} Z:{z:.2f} E:0.00 Count X:{a} Y:{b} Z:{c}")
             case "M410":
