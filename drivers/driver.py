@@ -113,7 +113,8 @@ def misfit(fault: "ValidationError", *at: str) -> Misfit:
     """The first thing in a config, or in the part of it at `at`, that does not fit its model."""
     first = fault.errors()[0]
     path = *at, *first["loc"]
-    words = f"{'.'.join(map(str, path)) or 'all of it'}: {first['msg']}"
+    place = ".".join(("config", *map(str, path)))
+    words = f"{place} is missing" if first["type"] == "missing" else f"{place}: {first['msg']}"
     return (UnknownKey if first["type"] == "extra_forbidden" else Misfit)(words, path)
 
 

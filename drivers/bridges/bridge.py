@@ -12,12 +12,11 @@ from typing import Any, ClassVar
 from pydantic import ValidationError
 
 from ...schemas.contract import Action
-from ...schemas.model import first_fault
 from ...schemas.patterns import regular_expression
 from ...schemas.quantity import seconds
 from ...system.extras import absent
 from ...system.tasks import end, first_of, spawn
-from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place
+from ..driver import ActionCanceled, ActionFailed, Driver, GoalContext, Place, misfit
 from .answers import BadAnswer, NoNumber
 from .channel import Channel
 from .config import ActionConfig, BridgeConfig, ErrorConfig, awaited, chosen
@@ -426,8 +425,8 @@ def _by_count(before: Values, now: Values) -> str:
 
 
 def read_config(model: type[BridgeConfig], written: dict[str, Any]) -> BridgeConfig:
-    """The config; raises ValueError with its first fault."""
+    """The config; raises Misfit with its first fault."""
     try:
         return model.model_validate(written)
     except ValidationError as fault:
-        raise ValueError(f"config.{first_fault(fault)}") from fault
+        raise misfit(fault) from fault

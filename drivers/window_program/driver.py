@@ -42,10 +42,10 @@ class WindowProgram(Driver):
         if place.contract is None:
             raise ValueError("window_program needs a contract")
         self.contract_kept = place.contract
+        self.settings = read_config(place.config, place.contract)
         try:
-            self.settings = read_config(place.config, place.contract)
             self._buttons = read_buttons(Path(self.settings.buttons).expanduser(), needed=())
-        except (ValueError, ButtonsFault) as fault:
+        except ButtonsFault as fault:
             raise DriverFault(str(fault)) from fault
         self._check_buttons()
         self._title = self._buttons.title if self.settings.title is None else self.settings.title

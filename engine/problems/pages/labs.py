@@ -29,7 +29,8 @@ Fails as a lab:
 E132. Where the `config` of a device says its actions (`driver: scpi`, `text`, `modbus`, `http`), they
 fit one another: a text that is sent names parameters of its action, a probe and a count are actions,
 a unit is one, and a contract with a file of its own has the same actions. Of every other driver that
-ships, a `config` has only the keys that it knows, and a value that it takes (`baud: fast` is none).
+ships, a `config` has the keys that it needs, no other than it knows, and values that it takes
+(`baud: fast` is none).
 
 Passes as a lab:
 

@@ -67,6 +67,7 @@ def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
         ("zaber", "port: x, stages: {x: {device: 0}}", "0}}"), ("aecp", "exports: x, clock_s: y", "y}"),
         ("sim_gantry", "clock: quick, seed: 1", "quick"), ("oak", "size: [640]", "[640]"),
         ("marlin", "port: x, keep_out: {x: [1, 5]}", "{x: [1"),
+        ("grbl", "baud: 9600", "config"), ("aecp", "clock_s: 1", "{clock_s"), ("scpi", "timeout: 1 s", "{timeout"),
     ):  # fmt: skip
         with_config = LAB.replace("sim_gantry", f"{driver}, config: {{{config}}}")
         line = with_config.splitlines()[4]
@@ -163,16 +164,16 @@ def test_a_start_timeout_that_is_not_a_time_is_a_problem(tmp_path, value):
         ("devices: {g: {contract: gantry@1, driver: grbl, port: '4101'}}", "E112", "write 4101"),
         ("name: x", "E111", "such as devices: {gantry: {contract: gantry@1"),
         (
-            "notify: {to: ['a:b'], quiet_to: 7:00}\ndevices: {g: {contract: gantry@1, driver: grbl}}",
+            "notify: {to: ['a:b'], quiet_to: 7:00}\ndevices: {g: {contract: gantry@1, driver: sim_gantry}}",
             "E112", "'7:00' is not a time of day such as 07:00",
         ),
         (
-            "devices: {g: {contract: gantry@1, driver: grbl, limits: {x: {minimum: 9, maximum: 5}}}}",
+            "devices: {g: {contract: gantry@1, driver: sim_gantry, limits: {x: {minimum: 9, maximum: 5}}}}",
             "E131", "the minimum 9 is above the maximum 5",
         ),
         (
-            "devices:\n  g: {contract: gantry@1, driver: grbl, port: 4101}\n"
-            "  h: {contract: gantry@1, driver: grbl, port: 4101}",
+            "devices:\n  g: {contract: gantry@1, driver: sim_gantry, port: 4101}\n"
+            "  h: {contract: gantry@1, driver: sim_gantry, port: 4101}",
             "E112", "port 4101 is already that of g",
         ),
         (
@@ -181,7 +182,7 @@ def test_a_start_timeout_that_is_not_a_time_is_a_problem(tmp_path, value):
             "W131", "h is at com3, as g is",
         ),
         (
-            "folders: [., ./tabels]\ndevices: {g: {contract: gantry@1, driver: grbl}}",
+            "folders: [., ./tabels]\ndevices: {g: {contract: gantry@1, driver: sim_gantry}}",
             "W133", "there is no folder ./tabels",
         ),
         (
@@ -197,7 +198,7 @@ def test_a_start_timeout_that_is_not_a_time_is_a_problem(tmp_path, value):
             "  actions: {v: {send: V}}}}}",
             "E112", "read: it is an empty text",
         ),
-        ("devices: {~: {}, g: {contract: gantry@1, driver: grbl}}", "E103", "not `~`, which is null"),
+        ("devices: {~: {}, g: {contract: gantry@1, driver: sim_gantry}}", "E103", "not `~`, which is null"),
     ],
 )  # fmt: skip
 def test_a_mistake_in_a_lab_is_told_once_with_the_way_on(tmp_path, text, code, words):
