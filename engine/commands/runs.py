@@ -53,12 +53,13 @@ def runs(
     elif json:
         typer.echo(jsonlib.dumps([row(entry, runs) for entry in entries], indent=1))
     else:
-        _list(entries, runs, find)
+        if not entries:
+            typer.echo(f"no runs in {runs}{f' for {find}' if find else ''}")
+        print_runs(entries, runs)
 
 
-def _list(entries: "list[Entry]", runs: Path, find: str) -> None:
-    if not entries:
-        typer.echo(f"no runs in {runs}{f' for {find}' if find else ''}")
+def print_runs(entries: "list[Entry]", runs: Path) -> None:
+    """A line for each run: its name, how it ended, how far it came."""
     width = max([12, *(len(entry.word) for entry in entries)])
     for entry in entries:
         line = row(entry, runs)

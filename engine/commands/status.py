@@ -1,13 +1,18 @@
-"""`labrun status [DEVICE]`: where devices stand, what is wrong with them, and who holds them."""
+"""`labrun status [DEVICE|RUN]`: where devices stand, what is wrong with them, and who holds them.
+
+Of a run it prints the line that `labrun runs` has of it.
+"""
 
 import asyncio
 from collections.abc import Callable, Coroutine, Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..exit_status import FAILED, SUCCEEDED
-from .options import RUNS, Lab, Runs
+from .options import RUNS, Lab, Runs, WrongUsage, fail, failing_on, known_device
+from .runs import print_runs
 from .stop import REACH_S, lab_devices
 
 if TYPE_CHECKING:
@@ -17,17 +22,25 @@ EVERY_S = 1.0
 
 
 def status(
-    device: Annotated[str | None, typer.Argument(help="One device; default: all.")] = None,
+    device: Annotated[
+        str | None, typer.Argument(help="One device, or a run; default: all devices.")
+    ] = None,
     follow: Annotated[
         bool, typer.Option("--follow", "-f", help="Again every second, until Ctrl-C.")
     ] = False,
     lab: Lab = None,
     runs: Runs = RUNS,
 ) -> None:
-    """Show state, place, pins, alarm and holder of devices; nothing is sent to them."""
+    """Show state, place, pins, alarm and holder of devices, or how far a run is; nothing is sent."""
     from ..dispatch.serving import servers_of
 
-    loaded, names = lab_devices(lab, None if device is None else [device])
+    loaded, names = lab_devices(lab, None)
+    if device is not None:
+        if device not in names and _print_run(device, runs, follow):
+            return
+        with failing_on(WrongUsage):
+            known_device(loaded, device)
+        names = [device]
 
     def find(name: str) -> "list[Serving]":
         return servers_of(loaded, [name], runs)
@@ -36,6 +49,21 @@ def status(
     answered = asyncio.run(_all(shows))
     none_there = device is not None and answered == [None]
     raise typer.Exit(FAILED if False in answered or none_there else SUCCEEDED)
+
+
+def _print_run(name: str, runs: Path, follow: bool) -> bool:
+    """The run of this name as a line; False where there is none."""
+    from ..index.entry import entry_of
+    from ..run.folder import FolderFault, find_run
+
+    try:
+        folder = find_run(runs, name)
+    except FolderFault:
+        return False
+    if follow:
+        fail(f"--follow is for devices; `labrun web` shows how {folder.name} goes on")
+    print_runs([entry_of(folder)], folder.parent)
+    return True
 
 
 async def _all(shows: Iterable[Coroutine[Any, Any, bool | None]]) -> list[bool | None]:

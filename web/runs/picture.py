@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...engine.journal.course import Course, split_goal_id
+from ...engine.journal.past import without_passes
 from ...schemas import journal as j
 from ..local.clock import since_1970
 from ..models.runs import Fate, NodeState, PointState, Status
@@ -48,6 +49,7 @@ class Picture(Course):
         self.changed = Changed()
         self.retries = 0
         self.now = 0.0
+        self._amiss: dict[str, str] = {}
         self._items: dict[str, Items] = {}
         self._passed: tuple[tuple[int, int, bool], dict[str, Status]] | None = None
         self._told_passed: dict[str, Status] = {}
@@ -227,10 +229,13 @@ class Picture(Course):
                 self.files[file] = (loop or "", found.around, key or "")
         error = record.error
         words = f"{error.name}: {error.message}".strip(": ") if error is not None else ""
+        step = without_passes(goal.path)
         with self._counting(goal.path, offset) as count:
             count.running = max(0, count.running - 1)
             count.retrying = max(0, count.retrying - (goal.attempt > 1))
-            count.end(_status(record), took, words)
+            counted = count.end(_status(record), took, words, instead_of=self._amiss.pop(step, ""))
+        if counted != "ok":
+            self._amiss[step] = counted  # until it is tried or measured again
 
     def _iteration(self, record: j.IterationEnded, offset: int) -> None:
         found = self._find(record.loop)

@@ -245,12 +245,15 @@ def test_a_hole_that_is_measured_again_waits_with_all_that_is_in_it(folder, tell
     teller.started()
     scan = "main/samples/A/scan"
     for key, fate in (("0,0", "succeeded"), ("1,0", "failed")):
-        teller.sent(f"{scan}/{key}/careful/shoot").ended(f"{scan}/{key}/careful/shoot")
+        tell = teller.worked if fate == "succeeded" else teller.failed
+        tell(f"{scan}/{key}/careful/shoot")
         teller.iteration(key, fate, loop=scan, message="dark" if fate == "failed" else "")
     teller.iteration("A", "failed", loop="main/samples")
     picture, follower = Picture(teller.path, outline), Follower(teller.path)
     read(picture, follower)
     holes = dict(picture.holes)
+    count = picture.nodes["main/samples/*/scan/*/careful/shoot"]
+    before = count.ok, count.failed
     teller.tell(j.Finished(fate="failed"))
     teller.tell(j.Redo(by="Ada", pass_number=2, iterations=["main/samples/A"]))
     read(picture, follower)
@@ -261,6 +264,7 @@ def test_a_hole_that_is_measured_again_waits_with_all_that_is_in_it(folder, tell
     read(picture, follower)
 
     assert holes == {("main/samples", "", "A"): "main/samples/A"}  # what lies within it is none
+    assert before == (1, 1) and (count.ok, count.failed) == (2, 0)
     assert picture.finished is None and picture.holes == {} and waiting == ["waiting", "waiting"]
     assert inner.point(inner.slots["1,0"]).status == "running" and inner.total is not None
     assert picture.table("main/samples", "").done == 0
