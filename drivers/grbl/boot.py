@@ -16,7 +16,7 @@ RESET_S = 2.0
 OPTIONS_S = 2.0
 VERSION = re.compile(r"\[VER:(?:.*(?P<fluid>FluidNC [^\s:\]]+)|(?P<grbl>[^:\]]+))")
 PLACE = re.compile(r"/axes/\w/homing/mpos_mm=(-?\d+(?:\.\d+)?)")
-OFFSET_LOOKS = 40  # the offset comes with every tenth to thirtieth report
+OFFSET_LOOKS = 80  # the offset comes with every tenth to thirtieth report
 
 
 async def reach(controller: Controller, boot_s: float) -> None:
@@ -98,13 +98,19 @@ async def _homes_at(controller: Controller, axes: int) -> dict[int, float]:
     return places
 
 
-async def learn_offset(controller: Controller) -> None:
-    """Look until a report has told the work offset."""
+async def learn_offset(controller: Controller, times: int = 1) -> None:
+    """Look until so many reports have told the same work offset: noise may have changed a digit of one."""
+    reports = controller.reports
+    told, reports.offset = None, None
     for _ in range(OFFSET_LOOKS):
         await controller.look()
-        if controller.reports.offset is not None:
-            return
+        if (offset := reports.offset) is not None:
+            times = times - 1 if told in (None, offset) else times
+            if times < 1:
+                return
+            told, reports.offset = offset, None
         await asyncio.sleep(0.01)
+    reports.offset = reports.offset or told
 
 
 def not_grbl(controller: Controller, boot_s: float) -> str:

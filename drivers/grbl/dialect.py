@@ -19,6 +19,13 @@ def changed_words(changed: str) -> str:
     return f"another program has changed {changed}, so its place is not known; home it"
 
 
+def out_of_travel_words(alarm: str, changed: str) -> str:
+    """A soft limit's alarm, with what another program has changed of the travel, if it has."""
+    return (
+        f"{alarm}. Another program has changed {changed}, and homing reads it" if changed else alarm
+    )
+
+
 class GrblDialect(JogRules):
     """A gantry behind GRBL, over a serial port or through OpenBuilds CONTROL."""
 

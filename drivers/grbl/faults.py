@@ -14,6 +14,9 @@ class GrblRefused(Refused):
         self.error = "SoftLimit" if code == 15 else "Alarm"
 
 
+SOFT_LIMIT = 2
+
+
 class Alarmed(MotionFault):
     """`ALARM:N` while a line was being executed."""
 

@@ -16,17 +16,17 @@ from ...system.tasks import end, keep, spawn
 from ..driver import GoalContext, Place
 from ..motion.bench import Point, bench_from_here, place_words, read_bench
 from ..motion.config import PLACING
-from ..motion.faults import Ended, Lost, MotionFault, Refused, Restarted, Silent
+from ..motion.faults import Ended, Lost, MotionFault, Refused, Restarted, Silent, WrongPlace
 from .alarm import TRIES, recover
 from .boot import learn_offset, reach
 from .controller import HOLD, RESUME, Contact, Controller
-from .dialect import GrblDialect, changed_words, zero_line
-from .faults import StillLocked
+from .dialect import GrblDialect, changed_words, out_of_travel_words, zero_line
+from .faults import SOFT_LIMIT, Alarmed, StillLocked
 from .homing import home
 from .jog import jog_by, jog_while
 from .motion import Move
 from .report import Report
-from .settings import Settings
+from .settings import SCALE, TRAVEL, Settings
 from .status_words import state_of, trouble_of
 from .stopping import finished, stop, wake
 
@@ -34,6 +34,7 @@ AGAIN_S = 1.0
 STATUS_S = 0.8
 HELD_S = 3.0
 READINGS = 4
+NEAR_MM = 1.0
 SETTINGS_S = 30.0  # behind a dwell of another program
 
 
@@ -55,6 +56,7 @@ class Grbl(GrblDialect):
         self.controller.on_report = self._reported
         self._tasks: set[asyncio.Task[None]] = set()
         self._recovery: asyncio.Task[None] | None = None
+        self._sure: asyncio.Task[None] | None = None
         self._left: Point | None = None
         """Where it stood when its settings were last known to hold."""
 
@@ -73,6 +75,8 @@ class Grbl(GrblDialect):
         if c.contact in (Contact.READY, Contact.SILENT) and self._doing != "home":
             with contextlib.suppress(MotionFault):
                 await c.look(STATUS_S)
+                if self._in_doubt:
+                    await asyncio.wait({self._make_sure()}, timeout=STATUS_S)
         told: dict[str, Any] = {
             "state": "offline" if self._reattaching else state_of(c, self._doing),
             "homed": c.homed,
@@ -81,8 +85,8 @@ class Grbl(GrblDialect):
         if c.report is not None:
             if c.contact in (Contact.READY, Contact.HOMING):  # else it is that of an older report
                 told["feed"] = round(c.report.feed_mm_per_min, 3)
-            told |= self._standing(c.report.machine, c.report.work)
-            told |= self._more_status(c.report.machine)
+            machine = None if self._in_doubt else c.report.machine
+            told |= self._standing(machine, c.report.work) | self._more_status(machine)
         return told
 
     async def _home(self, goal: GoalContext) -> None:
@@ -159,7 +163,7 @@ class Grbl(GrblDialect):
         self._learn(settings)
 
     async def _learn_again(self) -> str:
-        """Read its settings, which another program may have changed: what that does to its place."""
+        """Read its settings, which another program may have changed: what of its scale."""
         c = self.controller
         before, told = c.settings, {}
         for _ in range(READINGS):  # one that differs by noise alone is not told twice
@@ -176,7 +180,44 @@ class Grbl(GrblDialect):
         c.configure(settings)
         self._lay_out()
         await learn_offset(c)
-        return settings.rescaled(before)
+        return settings.changed(before, SCALE)
+
+    @property
+    def _in_doubt(self) -> bool:
+        """Whether it stands where it was not left: by another program, its settings, or noise in a report."""
+        report = self.controller.report
+        if report is None or report.state != "Idle" or self._doing or not self.controller.homed:
+            return False
+        return report.machine != self._left
+
+    def _make_sure(self) -> "asyncio.Task[None]":
+        """Read its settings and its place again; all who wait share one reading."""
+        if self._sure is None or self._sure.done():
+            name = f"reading the settings of {self.controller.port.name} again"
+            self._sure = spawn(name, self._read_again(), expected=(MotionFault,), among=self._tasks)
+        return self._sure
+
+    async def _read_again(self) -> None:
+        c = self.controller
+        try:
+            if changed := await self._learn_again():
+                c.homed, c.alarm = False, changed_words(changed)
+            self._left = await self._told_twice()
+        except Refused:  # it has just begun to move
+            return
+        self._read_report()
+
+    async def _told_twice(self) -> Point | None:
+        """Its place by two reports alike: noise may have changed a digit of one."""
+        c = self.controller
+        if not c.settings.tells_machine:  # a damaged work offset would be in both
+            await learn_offset(c, 2)
+        report = await c.look()
+        for _ in range(READINGS):
+            before, report = report, await c.look()
+            if report.machine == before.machine:
+                break
+        return report.machine
 
     async def _keep(self) -> None:
         """Reopen the port whenever it was lost; the gantry's position is then unknown."""
@@ -226,9 +267,30 @@ class Grbl(GrblDialect):
         if c.dead:
             raise StillLocked(c.alarm)
 
+    async def _find_out(self, tries: int) -> None:
+        c = self.controller
+        await recover(c, tries)
+        if c.alarm == c.kind.alarm(SOFT_LIMIT) and not c.dead:
+            with contextlib.suppress(MotionFault):
+                told = replace(c.settings, values=Settings.read(await c.ask("$$")).values)
+                c.alarm = out_of_travel_words(c.alarm, told.changed(c.settings, TRAVEL))
+
     async def _drive(self, goal: GoalContext, end: dict[int, float], feed: float | None) -> Point:
         with self._moving(goal, "move", end) as move:
-            return await move.go(self._move_line(end, feed), end)
+            try:
+                self._left = place = await move.go(self._move_line(end, feed), end)
+            except WrongPlace as fault:
+                with contextlib.suppress(MotionFault):
+                    await asyncio.shield(self._make_sure())
+                if self.controller.alarm:  # its scale is another one since the move began
+                    raise WrongPlace(f"it has stopped, but {self.controller.alarm}") from fault
+                raise
+            except Alarmed as fault:
+                if fault.code == SOFT_LIMIT:
+                    await self._recovered()  # which finds out why
+                    fault.args = (f"it answered {self.controller.alarm}",)
+                raise
+            return place
 
     async def _jog_by(self, goal: GoalContext, by: dict[int, float], feed: float) -> None:
         with self._moving(goal, "jog") as move:
@@ -240,15 +302,18 @@ class Grbl(GrblDialect):
         with self._moving(goal, "jog") as move:
             await jog_while(move, far, feed, held)
 
+    async def go_to_zero(
+        self, goal: GoalContext, *, axes: list[str] | None = None, feed: float | None = None
+    ) -> dict[str, Any]:
+        if self.homed and not self.known.lost:
+            with self._telling("tell its work zero", before=True):
+                await learn_offset(self.controller, 2)
+        return await super().go_to_zero(goal, axes=axes, feed=feed)
+
     async def _set_zero(self, axes: list[int]) -> None:
         c = self.controller
         await c.ask(zero_line(axes), 30.0)  # it waits for standstill, and writes to its slow memory
-        c.reports.offset = None
-        for _ in range(40):
-            await c.look()
-            if c.reports.offset is not None:
-                return
-            await asyncio.sleep(0.01)
+        await learn_offset(c)
 
     async def _probe(self, goal: GoalContext, axis: int, way: float, feed: float) -> Point | None:
         with self._moving(goal, "touch") as move:
@@ -283,7 +348,7 @@ class Grbl(GrblDialect):
     @contextlib.contextmanager
     def _moving(self, goal: GoalContext, doing: str, end: dict[int, float] | None = None):
         """Wrap one motion: a stop or a cancel that ends it is reported as such."""
-        told = _progress(goal, self._place_known(), end or {})
+        told, self._left = _progress(goal, self._place_known(), end or {}), None
         with self._under_way(doing):
             try:
                 yield Move(self.controller, self._ended(goal), lambda r: told(self, r))
@@ -296,8 +361,6 @@ class Grbl(GrblDialect):
                     f"it stopped responding: {fault}. It may still finish what it was sent; "
                     f"plug it in again, and home it"
                 ) from fault
-            finally:
-                self._left = self._place_known()
 
     def _place_known(self) -> Point | None:
         return self.controller.report.machine if self.controller.report else None
@@ -319,13 +382,9 @@ class Grbl(GrblDialect):
         if c.dead:
             return None
         report = await c.look()
-        if c.homed and report.state == "Idle" and report.machine != self._left:
-            with contextlib.suppress(Refused):  # it has just begun to move
-                if changed := await self._learn_again():
-                    c.homed = False
-                    c.alarm = changed_words(changed)
-                self._left = report.machine
-        return report.machine
+        if self._in_doubt or (c.homed and self._doing is None and _near_zero(report.machine)):
+            await asyncio.shield(self._make_sure())
+        return self._place_known()
 
     def _held_in(self) -> str:
         c = self.controller
@@ -338,7 +397,7 @@ class Grbl(GrblDialect):
         return report is not None and report.state == "Alarm"
 
     def _reported(self) -> None:
-        if (machine := self._place_known()) is not None:
+        if (machine := self._place_known()) is not None and not self._in_doubt:
             self._publish(machine)
 
     def _read_report(self) -> None:
@@ -347,9 +406,14 @@ class Grbl(GrblDialect):
 
     def _recover(self, tries: int = TRIES) -> None:
         name = f"recovering {self.controller.port.name} from an alarm"
-        self._recovery = spawn(name, recover(self.controller, tries))
+        self._recovery = spawn(name, self._find_out(tries))
         self._tasks.add(self._recovery)
         self._recovery.add_done_callback(self._tasks.discard)
+
+
+def _near_zero(machine: Point | None) -> bool:
+    """Whether an axis stands where another scale would tell the same place."""
+    return machine is not None and min(map(abs, machine[:3])) < NEAR_MM
 
 
 def _progress(

@@ -69,8 +69,8 @@ ERRORS: dict[int, str] = {
 
 ALARMS: dict[int, str] = {
     1: "a limit switch was hit; the motor was cut off in mid-step and the position is lost. "
-    "Check what is in the way, unlock, jog off the switch, home",
-    2: "the move would have left the machine's travel (soft limit). Unlock, and home",
+    "Check what is in the way, unlock, jog off the switch (it may say so again as the switch opens), home",
+    2: "a move would have left the machine's travel (soft limit), and was not begun. Home it",
     3: "it was reset while it moved; steps may be lost. Home it",
     4: "the probe was not in the state that probing starts from",
     5: "the probe made no contact within its travel",

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from ..motion.bench import LETTERS, Point
 from ..motion.faults import Ended, MotionFault, Silent, WrongPlace
 from .controller import ASK, Controller
-from .faults import GrblRefused
+from .faults import SOFT_LIMIT, Alarmed, GrblRefused
 from .report import Report
 from .stopping import finished, stop
 
@@ -41,7 +41,7 @@ class Move:
         A controller that falls silent in mid-move is told to stop before the fault is raised.
         """
         try:
-            await self._wait(self.controller.say(line))
+            await self._begin(line)
             await self.wait_until_still()
             await self._check_not_ended()
             return await self._verify(end)
@@ -50,6 +50,14 @@ class Move:
             raise
         except asyncio.CancelledError:
             self.controller.reset()  # nothing is left to wait for a hold
+            raise
+
+    async def _begin(self, line: str) -> None:
+        try:
+            await self._wait(self.controller.say(line))
+        except Alarmed as fault:
+            if fault.code == SOFT_LIMIT:  # which is looked at before a line is planned
+                fault.happened = "no"
             raise
 
     async def touch(self, line: str) -> list[str]:

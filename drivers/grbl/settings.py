@@ -2,10 +2,14 @@
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from ..motion.bench import LETTERS, Point
 from .firmware import GRBL, Firmware
+
+SCALE, TRAVEL = (13, *range(100, 106)), range(130, 136)
+"""In what places are counted and told; how far each axis goes."""
 
 AXIS_OR_PLACE = re.compile(r"^ *(?:([xyzabc]):|mpos_mm: (-?\d+(?:\.\d+)?))\s*$", re.MULTILINE)
 
@@ -48,10 +52,10 @@ class Settings:
                 continue
         return cls(values, options, firmware)
 
-    def rescaled(self, before: "Settings") -> str:
-        """What another program has changed since in how places are counted and told; empty if nothing."""
+    def changed(self, before: "Settings", numbers: Iterable[int]) -> str:
+        """What another program has changed of these since, in words; empty if nothing."""
         old, new = before.values, self.values
-        now = [n for n in (13, *range(100, 106)) if old.get(n) != new.get(n)]
+        now = [n for n in numbers if old.get(n) != new.get(n)]
         return ", ".join(f"${n} from {old.get(n, 0):g} to {new.get(n, 0):g}" for n in now)
 
     @property
@@ -112,6 +116,11 @@ class Settings:
     def full_power(self) -> float:
         """What S is at full power of the spindle or laser."""
         return self.values.get(30, 1000.0)
+
+    @property
+    def tells_machine(self) -> bool:
+        """Reports give machine positions; else they need the work offset."""
+        return bool(int(self.values.get(10, 1)) & 1)
 
     @property
     def inches(self) -> bool:

@@ -29,13 +29,18 @@ SETTLE_S = 1.0
 PORT_S = 10.0
 REPORT_S = 2.0
 RUNNING = "Running"
-SETTING = re.compile(r"^\$(\d+=\S+)")
+LOCKED = 9
+SETTING = re.compile(r"^\$(\d+)=(\S+)")
 PROBED = re.compile(r"\[PRB:(.*)\]")
 LOG = logging.getLogger("labrun")
 BANNER = re.compile(r"Grbl(?:HAL)? \d")
 BOOT_S = 5.0
 RESET_S = 3.0
 """A boot within this time after CONTROL was asked for a reset is the one that was asked for."""
+FIRST_S = 0.3
+"""CONTROL asks for its first report a tenth of a second after it has named the board."""
+PRESSED_S = 0.5
+"""CONTROL stops a board whose first report tells of its reset button: `!`, and a reset 0.2 s later."""
 AGAIN_S = 0.3
 """Opening a port may boot a board twice: by the port, and by CONTROL's own reset."""
 RESTARTED = (
@@ -63,6 +68,7 @@ class Control:
         self._settled_at = 0.0
         self.boots = 0
         self._reset_until = 0.0
+        self._named = False
         self.probed: list[str] = []
         self.settings: dict[str, str] = {}
         self.configuration = ""
@@ -91,6 +97,7 @@ class Control:
             ("connect", self._connected), ("disconnect", self._gone), ("status", self._status),
             ("ok", self._ok), ("data", self._data), ("toastError", self._error),
             ("toastErrorAlarm", self._alarm), ("fluidncConfig", self._configured),
+            ("grbl", self._names),
         ):  # fmt: skip
             sio.on(event, take)
         try:
@@ -160,20 +167,21 @@ class Control:
             raise Lost(self.lost)
         return self.view
 
-    async def attach(self) -> None:
+    async def attach(self) -> bool:
         """Make CONTROL open our port if it has none open; raises OSError. Opening boots the controller.
 
+        Returns whether it was opened.
         CONTROL closes it again if it has heard no banner after 2 s.
         """
         view = self.view
         if view is not None and view.connection not in (NONE, OPENING):
             if self._is_ours(view):
-                return
+                return False
             raise OSError(
                 f"OpenBuilds CONTROL at {self.url} has {view.active_port} open, not "
                 f"{self._port_name()}; disconnect it there, or correct `port` in the lab"
             )
-        before = self.boots
+        before, self._named = self.boots, False
         if view is None or view.connection == NONE:
             self._asks_reset()
             await self.emit("connectTo", self.port)
@@ -189,6 +197,16 @@ class Control:
                 f"OpenBuilds CONTROL at {self.url} has closed {self._port_name()} again: nothing on it "
                 f"responded in time; is the controller switched on, and is this its port?"
             )
+        return True
+
+    async def first_report(self) -> None:
+        """Wait for what CONTROL does two seconds after it has opened a port."""
+        if not await self.until(lambda: self._named or bool(self.lost), PORT_S) or self.lost:
+            return
+        await asyncio.sleep(FIRST_S)
+        if self.view is not None and "R" in self.view.pins:
+            self._asks_reset()
+            await asyncio.sleep(PRESSED_S)
 
     def _port_open(self) -> bool:
         return self.view is not None and self.view.connection not in (NONE, OPENING)
@@ -270,22 +288,29 @@ class Control:
             self.proofs.fail(MotionFault(f"OpenBuilds CONTROL reports an error or alarm ({said})"))
             self._condition.set()
 
+    def _names(self, _: Any = None) -> None:
+        self._named = True
+        self._condition.set()
+
     def _ok(self, line: Any = "") -> None:
         self.proofs.answered(str(line))
+        self._note_setting(str(line))  # as some program has set it
         self._condition.set()
 
     def _data(self, data: Any = None) -> None:
         said = str(data.get("response", "")) if isinstance(data, dict) else str(data)
         for line in said.splitlines():
-            if found := SETTING.match(line.strip()):
-                number, _, value = found[1].partition("=")
-                self.settings[number] = value
+            self._note_setting(line.strip())
             if found := PROBED.search(line):
                 self.probed.append(found[1])
             if BANNER.search(line):
                 self.banner = line
                 self._booted()
         self._condition.set()
+
+    def _note_setting(self, line: str) -> None:
+        if found := SETTING.match(line):
+            self.settings[found[1]] = found[2]
 
     def _booted(self) -> None:
         self.boots += 1
@@ -299,7 +324,8 @@ class Control:
     def _error(self, text: Any = "") -> None:
         code = _number(text)
         # CONTROL's queue is halted from here on, until it is cleared.
-        self.alarm = f"{self.kind.error(code)}; its queue is halted. Unlock it"
+        if code != LOCKED or not self.alarm.startswith("ALARM:"):  # which it only follows from
+            self.alarm = f"{self.kind.error(code)}; its queue is halted. Unlock it"
         self.proofs.fail(GrblRefused(code, self.kind))
         self._condition.set()
 

@@ -13,10 +13,11 @@ from typing import Any, ClassVar
 
 from ...system.tasks import end, keep
 from ..driver import GoalContext, Place
-from ..grbl.dialect import GrblDialect, changed_words, zero_line
+from ..grbl.dialect import GrblDialect, changed_words, out_of_travel_words, zero_line
+from ..grbl.faults import SOFT_LIMIT
 from ..grbl.jog import words_of
 from ..grbl.report import ReportReader
-from ..grbl.settings import Settings, homes_at_of
+from ..grbl.settings import SCALE, TRAVEL, Settings, homes_at_of
 from ..motion.bench import LETTERS, Point, place_words, read_bench
 from ..motion.config import PLACING
 from ..motion.faults import Ended, HomingFailed, Lost, MotionFault, Restarted, Silent, WrongPlace
@@ -76,6 +77,7 @@ class OpenBuilds(GrblDialect):
 
     async def status(self) -> dict[str, Any]:
         view = self.control.view
+        self._notice_settings()
         told: dict[str, Any] = {
             "state": self._state(),
             "homed": self.homed,
@@ -101,8 +103,8 @@ class OpenBuilds(GrblDialect):
             await watch(control, answer, self._ended(goal), seconds=seconds, late=late)
             await control.ask("$$", SETTINGS_S)
             settings = self._told_settings()
-            if settings.unfit:
-                raise MotionFault(settings.unfit)
+            if unfit := _unfit(settings):
+                raise MotionFault(unfit)
             self._lay_out(settings)
             control.homed, control.alarm = True, ""
             control.unsettle()
@@ -133,7 +135,7 @@ class OpenBuilds(GrblDialect):
     async def _attach(self) -> None:
         """Open the port in CONTROL, and read the machine's settings."""
         control = self.control
-        await control.attach()
+        opened = await control.attach()
         if control.look().connection in (PLAYING, PAUSED):
             raise OSError(
                 f"{self._name()} is running another job; let it finish or stop it in the program"
@@ -148,10 +150,13 @@ class OpenBuilds(GrblDialect):
         settings = self._told_settings()
         if settings.firmware.own_scale:
             settings = replace(settings, homes_at=homes_at_of(await self._ask_configuration()))
-        if settings.unfit:
-            raise OSError(f"{self._name()}: {settings.unfit}")
+        if unfit := _unfit(settings):
+            raise OSError(f"{self._name()}: {unfit}")
         self._lay_out(settings)
-        control.unsettle()  # opening the port has booted the controller
+        if opened:  # and booted
+            await control.first_report()
+        else:
+            control.unsettle()
         with contextlib.suppress(Lost):
             await control.view_at_rest()
 
@@ -350,11 +355,21 @@ class OpenBuilds(GrblDialect):
         return f"{self.place.device} (OpenBuilds CONTROL at {self.control.url})"
 
     async def _look(self) -> None:
-        """CONTROL reports ten times a second, without being asked, and its page reads what it has set."""
+        """CONTROL reports ten times a second, without being asked."""
+        self._notice_settings()
+
+    def _notice_settings(self) -> None:
+        """CONTROL tells every line that it was answered, whoever has sent it."""
         control = self.control
-        if control.homed and (changed := self._told_settings().rescaled(self._settings)):
+        if control.lost:
+            return
+        told = self._told_settings()
+        if control.homed and (changed := told.changed(self._settings, SCALE)):
             control.homed = False
             control.alarm = changed_words(changed)
+        if control.alarm == control.kind.alarm(SOFT_LIMIT):
+            changed = told.changed(self._settings, TRAVEL)
+            control.alarm = out_of_travel_words(control.alarm, changed)
 
     def _held_in(self) -> str:
         run = self.control.look().run
@@ -380,3 +395,10 @@ class OpenBuilds(GrblDialect):
             return "hold"
         # Idle is reported while it still moves: what we have begun and not seen ended is moving.
         return "moving" if self._doing or not control.view.still else "idle"
+
+
+def _unfit(settings: Settings) -> str:
+    """Why no move can be verified with these settings, and what to write; empty if nothing is wrong."""
+    if settings.inches:
+        return "it reports in inches ($13=1), which CONTROL takes for millimetres: write `$13=0`"
+    return settings.unfit

@@ -86,6 +86,8 @@ class Peer:
         self.feed = self.rapid = 100
         self.loop_s = 0.002  # how long it may be until its loop comes round to a flag
         self.outputs = set()
+        self.buttons = ""  # of its own: R, H, S
+        self.garbles = []  # (what, by what noise makes of it) in its next line that has it
         self._said = 0
         self._flagged = {}
         self.loses_questions = 0  # so many `?` from now on are eaten by noise
@@ -243,6 +245,10 @@ class Peer:
     def say(self, text):
         if self.silent or self.master is None:
             return
+        for what, noise in self.garbles[:1]:
+            if what in text:
+                text = text.replace(what, noise)
+                del self.garbles[0]
         data = text.encode() + b"\r\n"
         self._said += 1
         if self.noise and self._said % 3 == 0:
@@ -353,8 +359,8 @@ class Peer:
             fields.append(f"Bf:{PLANNER - len(self.queue)},{RX - len(self.rx)}")
         speed = self.move[0].speed_at(self.now() - self.move[1]) * 60 if self.move else 0
         fields.append(f"FS:{speed:.0f},0")
-        if self._touches():
-            fields.append("Pn:P")
+        if pins := "P" * self._touches() + self.buttons:
+            fields.append(f"Pn:{pins}")
         if self.wco_in == 0:
             fields.append("WCO:" + ",".join(self._length(v) for v in self.offset))
         elif self.wco_in == 1:

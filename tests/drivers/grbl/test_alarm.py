@@ -68,12 +68,18 @@ def test_a_soft_limit_of_the_controller_is_an_alarm_too(peers, gantry, played):
         driver.bench = type(driver.bench)(
             (0, 1, 2), (1, 1, 1), (-295.0, -725.0, -90.0), (0, 0, 0), (730, 725, 85)
         )
-        with pytest.raises(ActionFailed, match="ALARM:2: the move would have left the machine's"):
+        peer.settings[130] = 250.0  # by another program
+        with pytest.raises(
+            ActionFailed, match="ALARM:2: a move would have left the machine's"
+        ) as no:
             await driver.move_to(GoalContext("a"), x=400)
-        await until(driver, lambda s: not driver.controller.dead)
-        return await driver.status()
+        return no.value, await driver.status()
 
-    assert played(driver, story)["state"] == "alarm"
+    fault, status = played(driver, story)
+
+    assert fault.happened == "no"
+    assert status["alarm"] in str(fault)
+    assert status["alarm"].endswith("has changed $130 from 300 to 250, and homing reads it")
 
 
 def test_an_alarm_while_it_stands_is_seen(peer, gantry, played):

@@ -1,6 +1,7 @@
 """The driver on a GRBL peer: moves, places, work zero, hold, and every way in which they fail."""
 
 import asyncio
+import contextlib
 
 import pytest
 
@@ -179,6 +180,27 @@ def test_noise_on_the_line_does_no_harm(peers, gantry, played, noise):
     assert (status["state"], status["x"]) == ("idle", pytest.approx(19, abs=0.005))
 
 
+def test_a_digit_that_noise_has_changed_is_told_nowhere_and_gone_by_nowhere(peer, gantry, played):
+    async def story(driver):
+        await driver.set_zero(GoalContext("z"), axes=["x"])
+        await driver.move_to(GoalContext("m"), x=20)
+        peer.garbles = [("MPos:-785", "MPos:-285")]
+        status = await driver.status()
+        peer.garbles = [("WCO:-805", "WCO:-705")]
+        while peer.garbles:
+            await driver.status()
+        zero = await driver.go_to_zero(GoalContext("g"), axes=["x"])
+        peer.garbles = [("-5.003|", "-15.003|")]
+        with pytest.raises(ActionFailed, match="touched nothing"):
+            await driver.touch(GoalContext("t"), to=84.0, feed=600)
+        return status, zero, await driver.status()
+
+    status, zero, stood = played(gantry(peer), story)
+
+    assert (status["x"], zero["x"]) == pytest.approx((20, 0), abs=0.006)
+    assert stood["z"] == pytest.approx(84, abs=0.006)
+
+
 @pytest.mark.parametrize("line", ["G53", "G4"])
 def test_an_ok_that_is_lost_is_made_up_for(peer, gantry, played, line):
     async def story(driver):
@@ -334,17 +356,32 @@ def test_a_move_of_another_program_is_held_and_gone_on_with(peers, gantry, playe
     assert resumed["state"] == "moving"
 
 
-@pytest.mark.parametrize("line", [b"$100=100\n", b"$13=1\n"])
+@pytest.mark.parametrize(
+    ("line", "when"),
+    [("$100=100", "at rest"), ("$13=1", "asked"), ("$100=100", "in a move"), ("$101=180", "at 0")],
+)
 def test_a_scale_that_another_program_has_changed_is_told_before_a_move(
-    peers, gantry, played, line
+    peers, gantry, played, line, when
 ):
     peer = peers(homing_s=0.1, speed=200)
 
     async def story(driver):
-        await driver.move_to(GoalContext("m"), x=20)
+        told = rf"has changed \{line[:3]}.*; home it"
+        to = {"y": 725} if when == "at 0" else {"x": 20}  # machine y 0, in any scale
+        moving = asyncio.create_task(driver.move_to(GoalContext("m"), **to))
+        if when == "in a move":
+            while "G4P0" not in peer.heard:  # noqa: ASYNC110 - the peer is a thread
+                await asyncio.sleep(0.001)
+            driver.controller.port.write(line.encode() + b"\n")
+            with contextlib.suppress(ActionFailed):  # where its end is looked at after that
+                await moving
+        else:
+            await moving
+            await driver.controller.ask(line)
         stood = list(peer.steps)
-        await driver.controller.ask(line.decode().strip())
-        with pytest.raises(ActionFailed, match=rf"has changed \{line[:3].decode()}.*; home it"):
+        if when == "asked":
+            assert "x" not in await driver.status()
+        with pytest.raises(ActionFailed, match=told):
             await driver.move_to(GoalContext("n"), x=30)
         assert peer.steps == stood
         await driver.home(GoalContext("h"))

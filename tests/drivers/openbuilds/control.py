@@ -3,9 +3,10 @@
 It acknowledges nothing, asks `?` every 0.2 s and tells `status` every 0.1 s (so its Idle is often
 false), says `jobComplete` when all is sent, adds a `$G` after a line with G90, stands still after an
 error until it is cleared (a locked board, its status 5, hears what it is sent), and ignores `pause`
-outside jobs. It counts a port as connected when it is open, while the board still boots and loses
-what is sent, and closes it if no banner comes; a report of `Alarm` is its status 5. FluidNC's answer
-to `$CD` is an event of its own.
+outside jobs. A report whose inputs have changed, the reset button among them, makes it stop the
+board. It counts a port as connected when it is open, while the board still boots and loses what is
+sent, and closes it if no banner comes; a report of `Alarm` is its status 5. FluidNC's answer to
+`$CD` is an event of its own.
 """
 
 import asyncio
@@ -34,6 +35,7 @@ class Control:
         self.offset = dict.fromkeys("xyz", 0.0)
         self.overrides = {"feedOverride": 100, "rapidOverride": 100, "spindleOverride": 100}
         self.active = ""
+        self.inputs = []
         self.queue = deque()
         self.sent = None
         self.told = True  # whether it tells `status`
@@ -90,6 +92,7 @@ class Control:
                 "firmware": {"platform": self.platform},
                 "position": {"work": dict(self.work), "offset": dict(self.offset)},
                 "overrides": dict(self.overrides),
+                "inputs": self.inputs,
             },
             "comms": {
                 "connectionStatus": self.connection,
@@ -99,6 +102,9 @@ class Control:
                 "alarm": self.alarm,
             },
         }
+
+    def _emit_later(self, seconds, event, data):
+        asyncio.get_running_loop().call_later(seconds, self._emit, event, data)
 
     def _emit(self, event, data):
         task = asyncio.get_running_loop().create_task(self.sio.emit(event, data))
@@ -119,8 +125,10 @@ class Control:
                 tty.tcsetattr(self.file, tty.TCSANOW, attributes)
                 asyncio.get_running_loop().add_reader(self.file, self._read)
                 self.active = data["port"]
-                self.asks_from = asyncio.get_running_loop().time() + 0.5  # 2 s on the real one
+                self.asks_from = asyncio.get_running_loop().time() + 0.3  # 2 s on the real one
             self.connection = 0 if self.file is None else 2
+            self.inputs = []
+            self._emit_later(0.2, "grbl", {"type": "grbl"})  # 2.1 s on the real one
             if self.gives_up_s:
                 await asyncio.sleep(self.gives_up_s)
                 self._close_port()
@@ -253,3 +261,6 @@ class Control:
         self.run = text[1:].partition("|")[0]
         if self.run == "Alarm":
             self.connection = 5
+        before, self.inputs = self.inputs, list(fields.get("Pn", ""))
+        if self.inputs != before and "R" in self.inputs:  # a button that is pressed, or wired so
+            self._tasks.append(asyncio.get_running_loop().create_task(self._stop(None, {})))

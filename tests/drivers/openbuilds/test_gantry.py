@@ -95,12 +95,17 @@ def test_without_homing_nothing_moves(peer, played):
     assert played(peer, story, homed=False) == "alarm"
 
 
-def test_a_board_that_is_locked_at_power_up_is_no_alarm_and_home_first_homes_it(peers, played):
+@pytest.mark.parametrize("buttons", ["", "RHS"])
+def test_a_board_that_is_locked_at_power_up_is_no_alarm_and_home_first_homes_it(
+    peers, played, buttons
+):
     async def story(driver, control):
         locked = await until(driver, lambda s: s["state"] == "alarm")
         return locked, await driver.move_to(GoalContext("m"), x=3)
 
-    locked, place = played(peers(), story, homed=False, home_first=True)
+    peer = peers()
+    peer.buttons = buttons  # CONTROL resets it as its first report tells of one that is pressed
+    locked, place = played(peer, story, homed=False, home_first=True)
 
     assert locked["alarm"].startswith("it is locked until it is homed")
     assert not {"x", "work_x"} & set(locked)
@@ -370,14 +375,15 @@ def test_a_move_that_was_lost_sight_of_is_held_and_gone_on_with(peers, played):
 
 
 @pytest.mark.soak
-def test_steps_per_mm_that_were_set_on_its_page_cost_the_place_until_it_is_homed(peers, played):
+def test_steps_per_mm_that_were_set_by_another_of_its_pages_cost_the_place_until_it_is_homed(
+    peers, played
+):
     peer = peers(homing_s=0.1)
 
     async def story(driver, control):
         await driver.move_to(GoalContext("m"), x=20)
         stood = list(peer.steps)
-        await driver.control.run("$100=100")
-        await driver.control.ask("$$", 5)  # as its page does
+        await (await driver.control.run("$100=100"))
         with pytest.raises(ActionFailed, match=r"has changed \$100 from 199.1 to 100.*; home it"):
             await driver.move_to(GoalContext("n"), x=30)
         assert peer.steps == stood
@@ -389,6 +395,27 @@ def test_steps_per_mm_that_were_set_on_its_page_cost_the_place_until_it_is_homed
 
     assert place["x"] == pytest.approx(30, abs=0.006)
     assert peer.place[0] - -805 == pytest.approx(30, abs=0.006)
+
+
+@pytest.mark.soak
+def test_reports_in_inches_are_refused(peers, played):
+    with pytest.raises(OSError, match="in inches .*: write `\\$13=0`"):
+        played(peers(settings={13: 1}), None)
+
+
+@pytest.mark.soak
+def test_a_travel_that_another_program_has_changed_is_told_with_the_alarm_of_a_soft_limit(
+    peers, played
+):
+    async def story(driver, control):
+        await (await driver.control.run("$130=500"))
+        with pytest.raises(ActionFailed, match="ALARM:2: a move would have left"):
+            await driver.move_to(GoalContext("m"), x=20)
+        return (await driver.status())["alarm"]
+
+    alarm = played(peers(settings={20: 1}, homing_s=0.1), story)
+
+    assert alarm.endswith("has changed $130 from 810 to 500, and homing reads it")
 
 
 @pytest.mark.soak
