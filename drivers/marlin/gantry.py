@@ -21,6 +21,10 @@ CLOSED_S = 0.3
 """How long the port stays closed, so that the board notices."""
 LOOK_S = 0.05
 BROKEN_OFF_S = 3.0
+UNHELD = (
+    "another program has sent it elsewhere, and it does not tell whether it is there: if it still moves, "
+    "it was not held, which Marlin cannot do; `halt` ends it without braking"
+)
 STOPPED = "it was stopped without braking in a move of another program (`M410`); home it"
 ABSOLUTE = "G90"
 SHIFTED_MM = 0.05
@@ -48,6 +52,8 @@ class Marlin(FedGantry):
         self._engaged = ""
         self._shift: Point | None = None
         self._shift_at_rest: Point | None = None
+        self._rest: Point | None = None
+        """Where it was when it last stood, for certain."""
 
     async def _let_go(self) -> None:
         await self.link.close("it was closed")
@@ -113,6 +119,31 @@ class Marlin(FedGantry):
             await link.ask(STAYS_ON)
             link.homed, link.alarm = True, ""
 
+    async def status(self) -> dict[str, Any]:
+        """Where another program has sent it shows in what it has planned, and not whether it is there."""
+        if self._doing is None and self.homed and not self.link.busy:
+            with contextlib.suppress(MotionFault):
+                await self._machine()
+        return await super().status()
+
+    def _place_known(self) -> Point | None:
+        return None if self._sent_elsewhere else self._at
+
+    @property
+    def _sent_elsewhere(self) -> bool:
+        return self._doing is None and self._at != self._rest
+
+    async def _runs(self) -> bool:
+        if self.link.halted:
+            return False
+        await self._machine()
+        return self._sent_elsewhere
+
+    async def _hold(self) -> None:
+        if self._doing is None:
+            raise NotStopped(UNHELD)
+        await super()._hold()
+
     async def _stop(self) -> None:
         """It tells where a move will end, and not that it moves: so another program's is ended unseen."""
         link = self.link
@@ -167,9 +198,10 @@ class Marlin(FedGantry):
             return None
         await self.link.ask(ABSOLUTE)  # a file on its card, or its screen, may have changed that
         machine = await self._machine()
-        if self.link.homed and self._shifted():
-            await self._finish()  # its steps lag behind a move of another program
-            machine = await self._machine()
+        if self.link.homed and (self._shifted() or self._sent_elsewhere):
+            before = self._shift_at_rest
+            machine = await self._still()  # its steps lag behind a move of another program
+            self._shift_at_rest = before
             if by := self._shifted():
                 self.link.homed = False
                 self.link.alarm = (
@@ -185,7 +217,7 @@ class Marlin(FedGantry):
         return ", ".join(f"{axis} {mm:.2f} mm" for axis, mm in named if abs(mm) > SHIFTED_MM)
 
     async def _still(self) -> Point:
-        machine = await super()._still()
+        machine = self._rest = await super()._still()
         self._shift_at_rest = self._shift
         return machine
 

@@ -81,6 +81,11 @@ class Link:
             raise OSError(f"{self.port.name}: {self._not_marlin(boot_s, None)}")
         self._asked_boot = False
 
+    @property
+    def busy(self) -> bool:
+        """Whether a line waits for its answer."""
+        return self._turn.locked()
+
     async def close(self, why: str) -> None:
         """Release the port."""
         self._lost(why)

@@ -163,12 +163,16 @@ def test_a_zero_that_another_program_has_shifted_is_noticed_and_homing_clears_it
     assert at(peer)[0] == 30
 
 
-def test_a_halt_stops_a_move_of_another_program(peers, gantry):
+def test_a_move_of_another_program_is_told_as_not_held_and_ended_by_halt(peers, gantry):
     peer = peers(speed=5)
 
     async def story(driver):
         await driver.home(GoalContext("h"))
+        await driver.hold(GoalContext("at rest"))
         await driver.link.ask("G1 X190 F600")
+        assert "x" not in await driver.status()
+        with pytest.raises(ActionFailed, match="it was not held, which Marlin cannot do; `halt`"):
+            await driver.hold(GoalContext("hold"))
         await driver.halt(GoalContext("halt"))
         stood = at(peer)[0]
         await asyncio.sleep(0.1)

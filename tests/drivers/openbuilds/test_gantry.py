@@ -399,7 +399,7 @@ def test_steps_per_mm_that_were_set_by_another_of_its_pages_cost_the_place_until
 
 @pytest.mark.soak
 def test_reports_in_inches_are_refused(peers, played):
-    with pytest.raises(OSError, match="in inches .*: write `\\$13=0`"):
+    with pytest.raises(OSError, match=r"in inches .*: write `\$13=0`"):
         played(peers(settings={13: 1}), None)
 
 
