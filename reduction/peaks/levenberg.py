@@ -1,7 +1,8 @@
 """Fit overlapping Voigt profiles on a straight line by Levenberg-Marquardt, analytic derivatives.
 
-Parameters: area, centre, sigma, gamma of each peak, then height and tilt of the line. Bounds are
-kept by clipping the step; a parameter that is at its bound and pushes outwards rests for a step.
+Parameters: area, centre, sigma, gamma of each peak, then height and tilt of the line. A parameter
+that would cross its bound goes as far as that, and the step of the others allows for it; one that is
+at its bound and pushes outwards rests for a step.
 (More, in Numerical Analysis, Lecture Notes in Mathematics 630 (1978), for the damping by scale.)
 """
 
@@ -14,12 +15,13 @@ PER_PEAK = 4  # area, centre, sigma, gamma
 PER_LINE = 2  # height, tilt
 ROOT_2 = float(np.sqrt(2.0))
 ROOT_2_PI = float(np.sqrt(2.0 * np.pi))
-MAX_STEPS = 60
+MAX_STEPS, MOST_HELD = 60, 3
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-9, 1e9
 EASE, PRESS = 0.15, 6.0  # what damping is multiplied by after a good and after a bad step
-ENOUGH = 1e-2  # a gain in chi2 (in units of noise squared) too small to matter, and
-ENOUGH_RELATIVE = 1e-6  # the same as a part of chi2
-SURELY_ENOUGH = 1e-2  # a gain that is expected of a step and not looked at
+# A gain in chi2 that is too small to matter, seen or expected of a step: a tenth of an error. Where the
+# profiles leave more than noise, so do all errors, and a gain is counted in as much.
+ENOUGH = 1e-2
+CROSSED = 1e-9  # of a step: less is rounding
 
 
 @kernel
@@ -38,32 +40,33 @@ def evaluate(p, x, model, jacobian):
         level[i] = 1.0
     for i in range(m):
         slope[i] = x[i]
-    real, imag = np.empty(m), np.empty(m)
     for k in range(n_peaks):
         at = PER_PEAK * k
         area, centre, sigma, gamma = p[at], p[at + 1], p[at + 2], p[at + 3]
         scale = 1.0 / (sigma * ROOT_2)
         norm = 1.0 / (sigma * ROOT_2_PI)
         height = gamma * scale
-        faddeeva_row(x, centre, scale, height, real, imag)
         by_area, by_place, by_width = area * norm, 2.0 * area * norm * scale, area * norm / sigma
         own = jacobian[at : at + PER_PEAK]
         profile, place, width, foot = own[0], own[1], own[2], own[3]
+        # Until they are slopes, these two are the real and the imaginary part of w.
+        faddeeva_row(x, centre, scale, height, profile, foot)
         for i in range(m):
-            model[i] += by_area * real[i]
-            profile[i] = norm * real[i]
+            model[i] += by_area * profile[i]
         # dw/dz = -2 z w + 2i / sqrt(pi); the width's slope is a sum of the others'
         for i in range(m):
             away = (x[i] - centre) * scale
-            place[i] = by_place * (away * real[i] - height * imag[i])
+            place[i] = by_place * (away * profile[i] - height * foot[i])
         for i in range(m):
             away = (x[i] - centre) * scale
-            foot[i] = by_place * (away * imag[i] + height * real[i] - ONE_BY_ROOT_PI)
+            foot[i] = by_place * (away * foot[i] + height * profile[i] - ONE_BY_ROOT_PI)
         for i in range(m):
             away = (x[i] - centre) * scale
             width[i] = ROOT_2 * (away * place[i] - height * foot[i])
         for i in range(m):
-            width[i] -= by_width * real[i]
+            width[i] -= by_width * profile[i]
+        for i in range(m):
+            profile[i] *= norm
 
 
 @sum_kernel
@@ -76,10 +79,12 @@ def dot(a, b):
 
 
 @inner_kernel
-def normal_equations(p, residual, jacobian, weight, toward, pull, hessian, gradient):
-    """Fill hessian = J W J^T + pull (its lower half) and gradient = J W r - pull (p - toward)."""
+def normal_equations(p, residual, jacobian, weight, toward, pull, weighted, hessian, gradient):
+    """Fill hessian = J W J^T + pull (its lower half) and gradient = J W r - pull (p - toward).
+
+    weighted: for one row of J W.
+    """
     n, m = jacobian.shape
-    weighted = np.empty(m)
     for a in range(n):
         own = jacobian[a]
         for i in range(m):
@@ -143,6 +148,49 @@ def rest_at_bounds(p, lowest, highest, hessian, gradient):
             gradient[a] = 0.0
 
 
+@inner_kernel
+def bounded_step(p, lowest, highest, hessian, gradient, damping, damped, lower, right, step):
+    """Fill step, which crosses no bound, and return the gain in chi2 that it should bring; -1 for none.
+
+    hessian, damped and lower: their lower halves count.
+    """
+    n = len(p)
+    held = np.zeros(n, np.bool_)
+    for _ in range(MOST_HELD):
+        for a in range(n):
+            right[a] = gradient[a]
+            for b in range(a + 1):
+                damped[a, b] = hessian[a, b]
+            damped[a, a] *= 1.0 + damping
+        for a in range(n):
+            if not held[a]:
+                continue
+            for b in range(n):
+                right[b] -= hessian[max(a, b), min(a, b)] * step[a]
+                damped[max(a, b), min(a, b)] = 0.0
+            damped[a, a] = 1.0
+        for a in range(n):
+            if held[a]:
+                right[a] = step[a]
+        if not factorise(damped, lower):
+            return -1.0
+        solve(lower, right, step)
+        crossed = False
+        for a in range(n):
+            within = min(max(p[a] + step[a], lowest[a]), highest[a]) - p[a]
+            if within != step[a] and not held[a] and abs(step[a] - within) > CROSSED * abs(step[a]):
+                held[a], crossed = True, True
+            step[a] = within
+        if not crossed:
+            break
+    gain = 0.0
+    for a in range(n):
+        gain += step[a] * (2.0 * gradient[a] - hessian[a, a] * step[a])
+        for b in range(a):
+            gain -= 2.0 * step[a] * hessian[a, b] * step[b]
+    return max(gain, 0.0)
+
+
 @sum_kernel
 def cost(y, model, weight, p, toward, pull, residual):
     """chi2 with what the pulls cost; residual (m,) is filled."""
@@ -168,28 +216,25 @@ def fit(p, x, y, weight, toward, pull, lowest, highest):
     model, jacobian = np.empty(m), np.empty((n, m))
     hessian, gradient = np.empty((n, n)), np.empty(n)
     damped, lower = np.empty((n, n)), np.zeros((n, n))
-    step, trial = np.empty(n), np.empty(n)
+    right, step, trial = np.empty(n), np.empty(n), np.empty(n)
     evaluate(p, x, model, jacobian)
-    residual = np.empty(m)
+    residual, weighted = np.empty(m), np.empty(m)
     chi2 = cost(y, model, weight, p, toward, pull, residual)
-    normal_equations(p, residual, jacobian, weight, toward, pull, hessian, gradient)
+    normal_equations(p, residual, jacobian, weight, toward, pull, weighted, hessian, gradient)
     rest_at_bounds(p, lowest, highest, hessian, gradient)
     damping = FIRST_DAMPING
     for _ in range(MAX_STEPS):
-        for a in range(n):
-            for b in range(a + 1):
-                damped[a, b] = hessian[a, b]
-            damped[a, a] *= 1.0 + damping
-        if factorise(damped, lower):
-            solve(lower, gradient, step)
-            expected = 0.0  # gain, by the model of normal equations
+        enough = ENOUGH * max(chi2 / m, 1.0)
+        expected = bounded_step(
+            p, lowest, highest, hessian, gradient, damping, damped, lower, right, step
+        )
+        if expected >= 0.0:
             for a in range(n):
-                trial[a] = min(max(p[a] + step[a], lowest[a]), highest[a])
-                expected += step[a] * (gradient[a] + damping * hessian[a, a] * step[a])
-            if damping <= FIRST_DAMPING and expected <= SURELY_ENOUGH:
+                trial[a] = p[a] + step[a]
+            if damping <= FIRST_DAMPING and expected <= enough:
                 for a in range(n):
                     p[a] = trial[a]
-                return chi2 - max(expected, 0.0), hessian, True
+                return chi2 - expected, hessian, True
             evaluate(trial, x, model, jacobian)
             trial_chi2 = cost(y, model, weight, trial, toward, pull, residual)
             if trial_chi2 <= chi2:
@@ -197,9 +242,11 @@ def fit(p, x, y, weight, toward, pull, lowest, highest):
                 for a in range(n):
                     p[a] = trial[a]
                 chi2 = trial_chi2
-                normal_equations(p, residual, jacobian, weight, toward, pull, hessian, gradient)
+                normal_equations(
+                    p, residual, jacobian, weight, toward, pull, weighted, hessian, gradient
+                )
                 rest_at_bounds(p, lowest, highest, hessian, gradient)
-                if gain <= ENOUGH + ENOUGH_RELATIVE * chi2:
+                if gain <= enough:
                     return chi2, hessian, True
                 damping = max(damping * EASE, LEAST_DAMPING)
                 continue

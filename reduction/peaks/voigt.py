@@ -6,11 +6,11 @@ V(x) = area * Re w(z) / (sigma sqrt(2 pi)), z = (x - centre + i gamma) / (sigma 
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from ..spectrum.curve import pitch_at
 from ..spectrum.kernel import inner_kernel, kernel
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray
 from .faddeeva import faddeeva
@@ -28,7 +28,7 @@ WIDEST = 4.0  # sigma and gamma, in widths seen at half height
 GAMMA_SURE = 0.4  # how far gamma may be from what is usual, in sigmas of the slit
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class VoigtPeaks:
     """Fitted peaks, ascending in channel; arrays of shape (n,) unless stated otherwise.
 
@@ -50,14 +50,17 @@ class VoigtPeaks:
 
     def where(self, chosen: np.ndarray) -> "VoigtPeaks":
         """The peaks that a mask or indices choose."""
-        return VoigtPeaks(*(getattr(self, name)[chosen] for name in VoigtPeaks.__slots__))
+        return VoigtPeaks(
+            self.area[chosen], self.centre_nm[chosen], self.sigma_nm[chosen], self.gamma_nm[chosen],
+            self.covariance[chosen], self.chi2[chosen], self.settled[chosen],
+        )  # fmt: skip
 
-    @property
+    @cached_property
     def area_error(self) -> FloatArray:
         """Standard error of the areas, counts nm."""
         return np.sqrt(self.covariance[:, 0, 0])
 
-    @property
+    @cached_property
     def fwhm_nm(self) -> FloatArray:
         """Full width at half maximum, to 0.02 % (Olivero & Longbothum, JQSRT 17, 233 (1977))."""
         gaussian, lorentzian = self.sigma_nm / SIGMA_PER_FWHM, 2.0 * self.gamma_nm
@@ -94,21 +97,32 @@ class Slit(NamedTuple):
     gamma_sure: float = GAMMA_SURE
 
 
-class _Data(NamedTuple):
-    """Of the channels, shape (m,): nm, counts, noise in counts."""
+class _Known(NamedTuple):
+    """Channels that were fitted, ascending, and their peaks, (k,); what `VoigtPeaks` has of them."""
 
-    nm: FloatArray
-    counts: FloatArray
-    noise: FloatArray
-
-
-class _Fits(NamedTuple):
-    """Of the peaks, n of them: parameters (n, 4), NaN where nothing was fitted yet, and so on."""
-
-    parameters: FloatArray
+    channels: IntArray
+    area: FloatArray
+    centre_nm: FloatArray
+    sigma_nm: FloatArray
+    gamma_nm: FloatArray
     covariance: FloatArray
     chi2: FloatArray
     settled: BoolArray
+
+
+def _known(before: tuple[IntArray, VoigtPeaks] | None) -> _Known:
+    if before is None:
+        return NOTHING_KNOWN
+    channels, p = before
+    return _Known(
+        channels, p.area, p.centre_nm, p.sigma_nm, p.gamma_nm, p.covariance, p.chi2, p.settled
+    )
+
+
+NOTHING_KNOWN = _Known(
+    np.empty(0, np.int64), *np.empty((4, 0)), np.empty((0, PER_PEAK, PER_PEAK)), np.empty(0),
+    np.empty(0, np.bool_),
+)  # fmt: skip
 
 
 def fit_peaks(
@@ -135,18 +149,11 @@ def fit_peaks(
     y = np.ascontiguousarray(intensity, dtype=np.float64)
     channels = np.ascontiguousarray(peaks, dtype=np.int64)
     slit = slit or Slit(np.zeros(len(x)), 0.0)
-    data = _Data(x, y, np.ascontiguousarray(noise, dtype=np.float64))
-    full = seen_widths(x, y, channels, slit)
-    fits = _taken_over(channels, before)
-    first = fits.parameters.copy()
-    if start is not None:
-        same = among(start[0], channels)
-        at = np.searchsorted(channels, start[0][same])
-        first[at] = _parameters(start[1])[same]
-    known = np.isfinite(fits.parameters[:, 0])
-    _fit_all(data, channels, full, slit, known, first, fits)
-    area, centre_nm, sigma_nm, gamma_nm = fits.parameters.T.copy()
-    return VoigtPeaks(area, centre_nm, sigma_nm, gamma_nm, *fits[1:])
+    fitted, covariance, chi2, settled = _fit_all(
+        x, y, np.ascontiguousarray(noise, dtype=np.float64), channels, slit, _known(before),
+        _known(start),
+    )  # fmt: skip
+    return VoigtPeaks(*fitted, covariance, chi2, settled)
 
 
 def among(some: IntArray, channels: IntArray) -> BoolArray:
@@ -156,30 +163,17 @@ def among(some: IntArray, channels: IntArray) -> BoolArray:
     return channels[np.minimum(np.searchsorted(channels, some), len(channels) - 1)] == some
 
 
-def _taken_over(channels: IntArray, before: tuple[IntArray, VoigtPeaks] | None) -> _Fits:
-    n = len(channels)
-    fitted, covariance = np.full((n, PER_PEAK), np.nan), np.zeros((n, PER_PEAK, PER_PEAK))
-    chi2, settled = np.zeros(n), np.zeros(n, dtype=bool)
-    if before is not None:
-        old, peaks = before
-        at = np.searchsorted(channels, old)
-        fitted[at] = _parameters(peaks)
-        covariance[at], chi2[at], settled[at] = peaks.covariance, peaks.chi2, peaks.settled
-    return _Fits(fitted, covariance, chi2, settled)
-
-
-def _parameters(peaks: VoigtPeaks) -> FloatArray:
-    return np.array((peaks.area, peaks.centre_nm, peaks.sigma_nm, peaks.gamma_nm)).T
-
-
-def seen_widths(x: FloatArray, y: FloatArray, channels: IntArray, slit: Slit) -> FloatArray:
+@inner_kernel
+def _seen_widths(x, y, peaks, slit):
     """Full widths of the peaks in channels, no less than the slit allows; shape (n,)."""
-    full = widths(y, channels)
-    if not len(channels) or not slit.sigma_nm.any():
-        return full
-    pitch_nm = pitch_at(x, channels)
-    least = (slit.sigma_nm[channels] / SIGMA_PER_FWHM + 1.5 * slit.gamma_nm) / pitch_nm
-    return np.maximum(full, least)
+    full, last = widths(y, peaks), len(x) - 1
+    for k in range(len(peaks)):
+        before, after = max(peaks[k] - 1, 0), min(peaks[k] + 1, last)
+        if slit.sigma_nm[peaks[k]] > 0.0 and after > before:
+            pitch = (x[after] - x[before]) / (after - before)
+            least = slit.sigma_nm[peaks[k]] / SIGMA_PER_FWHM + 1.5 * slit.gamma_nm
+            full[k] = max(full[k], least / pitch)
+    return full
 
 
 @inner_kernel
@@ -217,9 +211,29 @@ def _guess(x, y, peaks, first, full, pitch, slit):
 
 
 @kernel
-def _fit_all(data, peaks, full, slit, known_before, start, fits):
-    wavelength_nm, y, noise = data
-    fitted, covariance, chi2, settled = fits
+def _fit_all(wavelength_nm, y, noise, peaks, slit, before, start):
+    """Area, centre, sigma and gamma of the peaks, (4, n), their covariance, chi2, and what is settled."""
+    n = len(peaks)
+    fitted, covariance = np.zeros((PER_PEAK, n)), np.zeros((n, PER_PEAK, PER_PEAK))
+    chi2, settled, known_before = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n, np.bool_)
+    full = _seen_widths(wavelength_nm, y, peaks, slit)
+    k = 0
+    for i in range(len(start.channels)):
+        while k < n and peaks[k] < start.channels[i]:
+            k += 1
+        if k < n and peaks[k] == start.channels[i]:
+            fitted[0, k], fitted[1, k] = start.area[i], start.centre_nm[i]
+            fitted[2, k], fitted[3, k] = start.sigma_nm[i], start.gamma_nm[i]
+    k = 0
+    for i in range(len(before.channels)):
+        while peaks[k] < before.channels[i]:
+            k += 1
+        fitted[0, k], fitted[1, k] = before.area[i], before.centre_nm[i]
+        fitted[2, k], fitted[3, k] = before.sigma_nm[i], before.gamma_nm[i]
+        chi2[k], settled[k], known_before[k] = before.chi2[i], before.settled[i], True
+        for a in range(PER_PEAK):
+            for b in range(PER_PEAK):
+                covariance[k, a, b] = before.covariance[i, a, b]
     found = groups(y, peaks, full)
     for g in range(len(found)):
         first_peak, end_peak, first, end = found[g, 0], found[g, 1], found[g, 2], found[g, 3]
@@ -246,9 +260,9 @@ def _fit_all(data, peaks, full, slit, known_before, start, fits):
         )
         for k in range(end_peak - first_peak):
             at = PER_PEAK * k
-            if start[first_peak + k, 0] > 0.0:
+            if fitted[0, first_peak + k] > 0.0:
                 for a in range(PER_PEAK):
-                    begin = start[first_peak + k, a] - (middle if a == 1 else 0.0)
+                    begin = fitted[a, first_peak + k] - (middle if a == 1 else 0.0)
                     p[at + a] = min(max(begin, lowest[at + a]), highest[at + a])
         pull[-2] = sureness / LINE_NOISE**2
         pull[-1] = pull[-2] * (0.5 * (x[-1] - x[0])) ** 2
@@ -263,7 +277,7 @@ def _fit_all(data, peaks, full, slit, known_before, start, fits):
         for k in range(end_peak - first_peak):
             at, peak = PER_PEAK * k, first_peak + k
             for a in range(PER_PEAK):
-                fitted[peak, a] = p[at + a] + (middle if a == 1 else 0.0)
+                fitted[a, peak] = p[at + a] + (middle if a == 1 else 0.0)
             chi2[peak], settled[peak] = reduced, done
             for a in range(PER_PEAK):
                 unit[at + a] = 1.0
@@ -272,3 +286,4 @@ def _fit_all(data, peaks, full, slit, known_before, start, fits):
                 unit[at + a] = 0.0
                 for b in range(PER_PEAK):
                     covariance[peak, a, b] = column[at + b] * max(reduced, 1.0) if known else np.nan
+    return fitted, covariance, chi2, settled

@@ -8,7 +8,7 @@ import numpy as np
 
 from .kernel import inner_kernel, kernel
 from .same_axis import of_axis
-from .spectrum import FloatArray, IntArray
+from .spectrum import FloatArray
 
 FINE = 4_096  # bins of the histogram that a middle is read from
 
@@ -207,12 +207,3 @@ def usual_pitch_nm(wavelength_nm: FloatArray) -> float:
 def pitch_of(wavelength_nm: FloatArray) -> FloatArray:
     """Distance between neighbouring channels, nm, shape (n,); 1 for a single channel."""
     return pitches(wavelength_nm) if len(wavelength_nm) > 1 else np.ones(1)
-
-
-def pitch_at(wavelength_nm: FloatArray, channels: IntArray) -> FloatArray:
-    """The same at some of the channels, shape (k,)."""
-    before = np.maximum(channels - 1, 0)
-    after = np.minimum(channels + 1, len(wavelength_nm) - 1)
-    if len(wavelength_nm) < 2:
-        return np.ones(len(channels))
-    return (wavelength_nm[after] - wavelength_nm[before]) / (after - before)

@@ -8,7 +8,6 @@ from labrun.reduction.spectrum.curve import (
     joined,
     median,
     middle_within,
-    pitch_at,
     pitch_of,
     quantile,
     softened,
@@ -76,7 +75,5 @@ def test_pitches_are_those_of_numpy():
     x = np.cumsum(RNG.uniform(0.02, 0.05, 5_000))
 
     assert pitch_of(x) == pytest.approx(np.gradient(x))
-    some = np.array([0, 7, 4_999])
-    assert pitch_at(x, some).tolist() == pitch_of(x)[some].tolist()
-    assert pitch_of(x[:1]).tolist() == pitch_at(x[:1], some[:1]).tolist() == [1.0]
+    assert pitch_of(x[:1]).tolist() == [1.0]
     assert usual_pitch_nm(np.linspace(200, 900, 20_001)) == pytest.approx(0.035)
