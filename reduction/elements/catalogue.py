@@ -25,7 +25,8 @@ MARGIN_NM = 0.4
 @dataclass(frozen=True, slots=True, eq=False)
 class Catalogue:
     """rows: of the line table, element after element, shape (n,). entry: which entry a row belongs
-    to, shape (n,); first: where the entries of each element begin, shape (e + 1,). leader: the row
+    to, shape (n,); begin: where the rows of each entry begin, (entries + 1,);
+    first: where the entries of each element begin, shape (e + 1,). leader: the row
     (of the line table) that is strongest in each entry, shape (entries,). Of the leaders, shape
     (entries,): element, low_ev (lower level), uncertainty (of ln A), width_nm (full Stark width at
     1e17 electrons per cm3). order: the entries by wavelength. spans: those of each element.
@@ -33,6 +34,7 @@ class Catalogue:
 
     rows: IntArray
     entry: IntArray
+    begin: IntArray
     first: IntArray
     leader: IntArray
     element: IntArray
@@ -45,6 +47,10 @@ class Catalogue:
     def entries_of(self, elements: Sequence[int]) -> IntArray:
         """The entries of some elements, one element after the other."""
         return np.concatenate([self.spans[e] for e in elements] or [np.empty(0, np.int64)])
+
+    def rows_of(self, entries: IntArray) -> tuple[IntArray, IntArray]:
+        """The rows of some entries, and which of these each belongs to."""
+        return _rows_of(self.rows, self.begin, entries)
 
     def strengths(self, temperature_k: float, density_per_cm3: float) -> "Expected":
         """Expected line of each entry at a temperature and density."""
@@ -86,11 +92,26 @@ def catalogue(first_nm: float, last_nm: float, apart_nm: float) -> Catalogue:
     flat = np.concatenate(rows) if rows else np.empty(0, np.int64)
     which = np.concatenate(entry) if entry else np.empty(0, np.int64)
     leaders = np.array(leader, dtype=np.int64)
+    begin = np.searchsorted(which, np.arange(len(leader) + 1))
     return Catalogue(
-        flat, which, np.array(first), leaders, a.element[leaders], a.e_i_ev[leaders],
+        flat, which, begin, np.array(first), leaders, a.element[leaders], a.e_i_ev[leaders],
         a.uncertainty[leaders], a.width_nm[leaders], np.argsort(a.wavelength_nm[leaders]),
         tuple(np.arange(begin, end) for begin, end in pairwise(first)),
     )  # fmt: skip
+
+
+@kernel
+def _rows_of(rows, begin, entries):
+    n = 0
+    for e in entries:
+        n += begin[e + 1] - begin[e]
+    own, which = np.empty(n, np.int64), np.empty(n, np.int64)
+    n = 0
+    for k in range(len(entries)):
+        for i in range(begin[entries[k]], begin[entries[k] + 1]):
+            own[n], which[n] = rows[i], k
+            n += 1
+    return own, which
 
 
 @kernel

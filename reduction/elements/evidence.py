@@ -6,6 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from ..lines.lines import of_lines
 from ..peaks.voigt import VoigtPeaks
 from ..plasma.strengths import atoms
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray
@@ -78,12 +79,20 @@ def _above_chance(identified: Identified) -> FloatArray:
 
 def _least(name: str, above: FloatArray, *, certain: bool) -> float:
     """The weight above chance from which an element is detected."""
-    company = COMPANY.get(name)
-    if company is not None:
-        others = np.isin(atoms().elements, sorted(company - {name}))
-        if not np.any(above[others] >= DETECTED):
-            return ALONE
+    company = _company().get(name)
+    if company is not None and not np.any(above[company] >= DETECTED):
+        return ALONE
     return DETECTED if certain else DETECTED_ALONE
+
+
+@of_lines()
+def _company() -> dict[str, IntArray]:
+    """The others that some elements hardly come without."""
+    names = atoms().elements
+    return {
+        name: np.flatnonzero(np.isin(names, sorted(others - {name})))
+        for name, others in COMPANY.items()
+    }
 
 
 class _Due(NamedTuple):
@@ -140,7 +149,7 @@ def _of(
         top = int(np.argmax(peaks.area[which]))
         k = which[top]
         line_nm, area = float(matched.shown_nm[due.there[e][top]]), float(peaks.area[k])
-        error = float(np.sqrt(peaks.covariance[k, 0, 0]))
+        error = float(peaks.area_error[k])
     own = np.array(sorted(set(which.tolist())), np.int64)
     certain = float(identified.indexed.weight.max()) >= CERTAIN
     sure = float(above[e]) >= _least(name, above, certain=certain) and (

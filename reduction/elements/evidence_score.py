@@ -21,6 +21,9 @@ ALMOST = -0.35  # lines this far (in ln) below the limit may still show
 MISSING_SPREAD = 0.5
 NOT_SEEN, IN_A_CROWD, BAD = -1, -2, -3
 LEAST_SHARE = 0.05  # of a peak, below which a line does not explain it
+HIDDEN, WEAKER = 0.25, 0.02  # a stronger peak may hide the line; a weaker one may not
+LOG_HIDDEN, LOG_WEAKER = float(np.log(HIDDEN)), float(np.log(WEAKER))
+NEVER = 40.0  # ln of how unlikely it is that a line and a peak agree: nothing beside those
 TWO_PI = 2.0 * float(np.pi)  # of two normal laws: of ln(area), and of the place in errors
 
 
@@ -116,10 +119,13 @@ def _at(scale, begin, end, lines, peaks, log_free, dark):
         wide = s
         if r < 0.0 and low_ev[j] < RESONANT_EV:
             wide = np.sqrt(s * s + 0.6**2)
+        unlike = 0.5 * (r / wide) ** 2 + 0.5 * away[j] ** 2
+        if unlike > NEVER:
+            total += max(LOG_HIDDEN if r > 0.0 else LOG_WEAKER, worst)
+            continue
         by_chance = chance[i] / LOG_AREA_RANGE
-        likely = np.exp(-0.5 * (r / wide) ** 2 - 0.5 * away[j] ** 2) / (wide * TWO_PI * by_chance)
-        other = 0.25 if r > 0.0 else 0.02  # a stronger peak may hide the line; a weaker one may not
-        total += max(np.log(0.75 * likely + other), worst)
+        likely = np.exp(-unlike) / (wide * TWO_PI * by_chance)
+        total += max(np.log(0.75 * likely + (HIDDEN if r > 0.0 else WEAKER)), worst)
         if abs(r) < 1.5 * wide:
             mean += (scale + r) / (wide * wide)
             sure += 1.0 / (wide * wide)

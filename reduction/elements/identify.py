@@ -251,8 +251,9 @@ def _unsure(plot: Plot | None, response: Response | None, vacuum_nm: FloatArray)
     misfit = 0.0
     if plot is not None:
         misfit = MISFIT * float(np.sqrt(max(plot.chi2 - MISFIT_FROM, 0.0)))
-    error = 0.0 if response is None else response.error_at(vacuum_nm)
-    return np.hypot(misfit, error) + np.zeros(len(vacuum_nm))
+    if response is None:
+        return np.full(len(vacuum_nm), misfit)
+    return np.sqrt(misfit**2 + response.error_at(vacuum_nm) ** 2)
 
 
 def _response(

@@ -103,7 +103,7 @@ def match_lines(
     """
     order = np.argsort(vacuum_nm) if order is None else order
     seen = _seen(profiles)
-    shown, which, away, limit, hidden = _match(
+    shown, which, away, limit, hidden, stretch = _match(
         _Places(vacuum_nm, stark_nm, order),
         _Axis(x, profiles.slit.sigma_nm, profiles.noise, profiles.net, bad),
         seen.peaks,
@@ -111,7 +111,7 @@ def match_lines(
     )  # fmt: skip
     return Matched(
         shown, which, away, limit, np.log(limit), np.log(hidden), place_error_nm,
-        seen.crowding * place_error_nm, seen.area, seen.log_area, seen.relative, _stretch(shown, x),
+        seen.crowding * place_error_nm, seen.area, seen.log_area, seen.relative, stretch,
         seen.against,
     )  # fmt: skip
 
@@ -140,16 +140,11 @@ def _seen(profiles: Profiles) -> _Seen:
     )  # fmt: skip
 
 
-def _stretch(nm: FloatArray, x: FloatArray) -> IntArray:
-    """Which stretch of the axis x each place is in, counted from 0."""
-    last = int((x[-1] - x[0]) / STRETCH_NM)
-    return np.minimum(np.maximum((nm - x[0]) / STRETCH_NM, 0.0).astype(np.int64), last)
-
-
 def _against(centre_nm: FloatArray, x: FloatArray) -> FloatArray:
     """For each stretch; little where not a single peak shows that anything could be seen."""
     n = int((x[-1] - x[0]) / STRETCH_NM) + 1
-    seen = np.bincount(_stretch(centre_nm, x), minlength=n) > 0
+    stretch = np.clip((centre_nm - x[0]) / STRETCH_NM, 0.0, n - 1.0).astype(np.int64)
+    seen = np.bincount(stretch, minlength=n) > 0
     return np.where(seen, AGAINST, AGAINST_BLIND)
 
 
@@ -167,8 +162,9 @@ def _match(places, axis, peaks, air, edges_nm, offset_nm, place_error):
     peak_nm, peak_error, peak_width, area = peaks
     n, m, n_peaks = len(vacuum_nm), len(x), len(peak_nm)
     shown, away, limit, hidden = np.empty(n), np.zeros(n), np.empty(n), np.empty(n)
-    which = np.full(n, NOT_SEEN, np.int64)
-    c, k, stretch = 1, 0, 0  # channel, peak and stretch of the line before: the next is near
+    which, stretches = np.full(n, NOT_SEEN, np.int64), np.empty(n, np.int64)
+    last = int((x[m - 1] - x[0]) / STRETCH_NM)
+    c, k, stretch = 1, 0, 0  # channel, peak and offset of the line before: the next is near
     for j in order:
         true = in_air(vacuum_nm[j]) if air else vacuum_nm[j]
         while stretch < len(edges_nm) and edges_nm[stretch] <= true:
@@ -176,7 +172,7 @@ def _match(places, axis, peaks, air, edges_nm, offset_nm, place_error):
         while stretch > 0 and edges_nm[stretch - 1] > true:
             stretch -= 1
         at = true + offset_nm[stretch]
-        shown[j] = at
+        shown[j], stretches[j] = at, min(int(max((at - x[0]) / STRETCH_NM, 0.0)), last)
         while c < m - 1 and x[c] < at:
             c += 1
         while c > 1 and x[c - 1] >= at:
@@ -210,4 +206,4 @@ def _match(places, axis, peaks, air, edges_nm, offset_nm, place_error):
             away[j] = np.sqrt(best)
         elif crowd:
             which[j] = IN_A_CROWD
-    return shown, which, away, limit, hidden
+    return shown, which, away, limit, hidden, stretches

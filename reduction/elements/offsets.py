@@ -26,6 +26,7 @@ JUMP = 2.0  # what any change costs at most
 SEEN_JUMP = 0.5  # and where the axis itself has a seam
 MOST_SEAMS = 12
 SEAM = 0.02  # change of the channels' pitch, as a part of it, that is a seam
+HALF = round(FURTHEST_NM / STEP_NM)  # steps to either side
 USUAL_NM = 0.08  # offsets beyond are rare
 
 
@@ -78,22 +79,17 @@ def estimate_offsets(
     """
     media: tuple[Medium, ...] = ("air", "vacuum") if medium is None else (medium,)
     edges = _edges(peak_nm, stretch_nm, seams_nm)
-    n = len(edges) - 1
-    stretch = np.minimum(np.searchsorted(edges, peak_nm, side="right") - 1, n - 1)
-    half = round(FURTHEST_NM / STEP_NM)
-    grid = np.linspace(-half * STEP_NM, half * STEP_NM, 2 * half + 1)
-    prior = -0.5 * (grid / USUAL_NM) ** 2 / n
-    jump = np.full(n, JUMP)
+    jump = np.full(len(edges) - 1, JUMP)
     if seams_nm is not None and len(seams_nm):
         jump[np.isin(edges[:-1], seams_nm)] = SEEN_JUMP
     order = np.argsort(line_vacuum_nm)  # in air the same
     vacuum_nm, weight = line_vacuum_nm[order], line_weight[order]
     found = []
     for m in media:
-        votes = np.zeros((n, len(grid)))
-        _vote(peak_nm, peak_weight, in_medium(vacuum_nm, m), weight, stretch, blur_nm, votes)
-        path, total = _cheapest(votes + prior, CHANGE, jump)
-        found.append(Offsets(m, edges[1:-1], grid[path], float(total)))
+        path, total = _agreed(
+            peak_nm, peak_weight, in_medium(vacuum_nm, m), weight, edges, jump, blur_nm
+        )
+        found.append(Offsets(m, edges[1:-1], (path - HALF) * STEP_NM, total))
     return sorted(found, key=lambda offsets: -offsets.votes)
 
 
@@ -128,12 +124,25 @@ def _edges(peak_nm: FloatArray, stretch_nm: float, seams_nm: FloatArray | None) 
 
 
 @kernel
-def _vote(peak, weight, line, line_weight, stretch, blur, votes):
-    m = votes.shape[1]
-    half = m // 2
-    begin = 0
+def _agreed(peak, weight, line, line_weight, edges, jump, blur):
+    """The offset of each stretch, in steps from the first, and all its votes."""
+    votes = np.empty((len(edges) - 1, 2 * HALF + 1))
+    for s in range(2 * HALF + 1):
+        away = (s - HALF) * STEP_NM / USUAL_NM
+        for stretch in range(len(votes)):
+            votes[stretch, s] = -0.5 * away * away / len(votes)
+    _vote(peak, weight, line, line_weight, edges, blur, votes)
+    return _cheapest(votes, CHANGE, jump)
+
+
+@inner_kernel
+def _vote(peak, weight, line, line_weight, edges, blur, votes):
+    m, half = 2 * HALF + 1, HALF
+    begin, stretch = 0, 0
     best = np.zeros(m)
     for k in range(len(peak)):
+        while stretch < len(votes) - 1 and edges[stretch + 1] <= peak[k]:
+            stretch += 1
         while begin < len(line) and line[begin] < peak[k] - FURTHEST_NM - 3 * blur:
             begin += 1
         best.fill(0.0)
@@ -147,10 +156,10 @@ def _vote(peak, weight, line, line_weight, stretch, blur, votes):
                 best[s] = max(best[s], line_weight[i] * np.exp(-0.5 * z * z))
             i += 1
         for s in range(m):
-            votes[stretch[k], s] += weight[k] * best[s]
+            votes[stretch, s] += weight[k] * best[s]
 
 
-@kernel
+@inner_kernel
 def _cheapest(votes, change, jump):
     """The path of most votes; a change by s steps costs change * s, and a jump at the most."""
     n, m = votes.shape

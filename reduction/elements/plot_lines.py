@@ -51,16 +51,13 @@ def lines_of_entries(
     """Entries of the catalogue with ln of their areas and its error, both (n,), as lines."""
     a = atoms()
     leader = catalogue.leader[entries]
-    place = np.full(len(catalogue.leader), -1)
-    place[entries] = np.arange(len(entries))
-    entry = place[catalogue.entry]
-    own = np.flatnonzero(entry >= 0)
+    rows, entry = catalogue.rows_of(entries)
     return PlotLines(
         log_area,
         np.sqrt(relative**2 + a.uncertainty[leader] ** 2),
         a.element[leader],
-        catalogue.rows[own],
-        entry[own],
+        rows,
+        entry,
         a.wavelength_nm[leader],
         a.width_nm[leader],
         a.e_k_ev[leader],

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..spectrum.bad import bridged, lone
 from ..spectrum.curve import even_means, joined, middle_within, usual_pitch_nm
+from ..spectrum.kernel import kernel
 from ..spectrum.noise import local_noise
 from ..spectrum.spectrum import FloatArray, Spectrum
 from .snip import clip_peaks
@@ -53,6 +54,15 @@ def lower_edge(spectrum: Spectrum, half_window_nm: float = HALF_WINDOW_NM) -> Fl
 
 def lifted(spectrum: Spectrum, edge: FloatArray, noise: FloatArray) -> FloatArray:
     """The edge moved into the middle of the noise (counts), all of shape (n,)."""
-    if len(spectrum) < SMOOTHED:
-        return edge
-    return edge + middle_within((spectrum.intensity - edge) / noise, QUIET_SIGMA) * noise
+    return edge if len(spectrum) < SMOOTHED else _lifted(spectrum.intensity, edge, noise)
+
+
+@kernel
+def _lifted(y, edge, noise):
+    z = np.empty(len(y))
+    for i in range(len(y)):
+        z[i] = (y[i] - edge[i]) / noise[i]
+    middle = middle_within(z, QUIET_SIGMA)
+    for i in range(len(y)):
+        z[i] = edge[i] + middle * noise[i]
+    return z

@@ -59,6 +59,8 @@ def _spare(noise, channels, prominence, peaks: VoigtPeaks) -> BoolArray:
     height = peaks.area / (BOX_PER_AREA * width) / noise[channels]
     vague = ~significant(peaks) & (height > STANDS)
     spare = np.zeros(len(channels), dtype=bool)
+    if np.count_nonzero(vague) < 2:
+        return spare
     order = np.flatnonzero(vague)[np.argsort(peaks.centre_nm[vague])]
     run: list[int] = []
     for k in [*order.tolist(), -1]:

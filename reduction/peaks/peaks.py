@@ -23,16 +23,19 @@ def find_peaks(
     in counts, shape (n,). A peak is a maximum of the intensity, smoothed over three channels,
     whose height and whose prominence exceed `significant` times the noise that smoothing leaves.
     """
-    return standing_out(intensity, noise, significant)[0]
+    return standing_out(softened(intensity), noise, significant)[0]
 
 
 def standing_out(
-    intensity: FloatArray, noise: FloatArray, significant: float
+    soft: FloatArray, noise: FloatArray, significant: float = SIGNIFICANT
 ) -> tuple[IntArray, FloatArray]:
-    """The same channels, and the height or prominence of each, the less of both, in noise."""
-    if len(intensity) < 3:
+    """The same channels, and the height or prominence of each, the less of both, in noise.
+
+    soft: the intensity as `softened` smooths it.
+    """
+    if len(soft) < 3:
         return np.empty(0, dtype=np.int64), np.empty(0)
-    channels, counts = _stand_out(softened(intensity), noise, significant * SOFTENED_NOISE)
+    channels, counts = _stand_out(soft, noise, significant * SOFTENED_NOISE)
     return channels, counts / SOFTENED_NOISE
 
 
@@ -56,9 +59,9 @@ def _stand_out(y, noise, significant):
     return found[:k].copy(), clear[:k].copy()
 
 
-def clear_of(intensity: FloatArray, noise: FloatArray, channels: IntArray) -> FloatArray:
+def clear_of(soft: FloatArray, noise: FloatArray, channels: IntArray) -> FloatArray:
     """Height or prominence of peaks at channels, the less of both, in noise; 0 where none is; (k,)."""
-    return _clear_of(softened(intensity), noise, channels) / SOFTENED_NOISE
+    return _clear_of(soft, noise, channels) / SOFTENED_NOISE
 
 
 @kernel

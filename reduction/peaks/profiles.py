@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..spectrum.bad import bridged, mark_bad
-from ..spectrum.curve import bridge, median, pitch_of, quantile, softened
+from ..spectrum.curve import bridge, median, quantile, softened
 from ..spectrum.kernel import kernel
 from ..spectrum.noise import (
     QUANTILE,
@@ -100,15 +100,15 @@ def fit_profiles(
     floor = steady.sigma * wider
     under = lifted(calm, edge, floor) if wider > 1.0 else under
     net = calm.intensity - under
-    seeds = find_peaks(net, floor)
+    soft = softened(net)
+    seeds = standing_out(soft, floor)[0]
     spikes = has_spikes(net, seeds)
     deaf = np.where(bad, DEAF, 1.0) if bad.any() else 1.0
-    taught = learn(x, net, floor * deaf, seeds)
+    taught = learn(x, net, floor * deaf if bad.any() else floor, seeds)
     gain = min((g for g in (taught.gain, steady.gain) if g is not None), default=0.0)
-    soft = softened(net)
-    noise = np.sqrt(floor * floor + gain * np.maximum(soft, 0.0))
-    heard = noise * deaf
-    seeds = _seeds(x, net, noise, wanted_nm)
+    noise = _with_light(floor, gain, soft)
+    heard = noise * deaf if bad.any() else noise
+    seeds = _seeds(x, soft, noise, wanted_nm)
     peaks = fit_peaks(x, net, heard, seeds, taught.slit, start=taught.lines)
     model = render(x, peaks, 0.05 * noise)
     quieter = noise
@@ -118,7 +118,7 @@ def fit_profiles(
     if crowded:
         noise, heard = quieter, quieter * deaf
     more = search_residual(x, net, model, heard, peaks, taught.slit)
-    more = np.concatenate([more, find_peaks(net, noise)]) if crowded else more
+    more = np.concatenate([more, standing_out(soft, noise)[0]]) if crowded else more
     if len(more):
         there = np.zeros(len(x), dtype=np.bool_)
         there[seeds] = there[more] = True
@@ -127,7 +127,7 @@ def fit_profiles(
         peaks = fit_peaks(x, net, heard, both, taught.slit, before, (seeds, peaks))
     else:
         both = seeds
-    clear = clear_of(net, noise, both)
+    clear = clear_of(soft, noise, both)
     kept, peaks = merged(x, net, heard, both, clear, peaks, taught.slit)
     both, clear = kept, clear[among(both, kept)]
     sure = among(both, seeds) & (clear > NEVER_DROPPED) & ~bad[both]
@@ -148,11 +148,11 @@ def by_dips(calm: Spectrum, edge: FloatArray, noise: FloatArray, bad: BoolArray)
     """
     wider = _beside_cut(calm.intensity, noise, bad)
     for _ in range(MOST_TURNS):
-        net = calm.intensity - lifted(calm, edge, LOOSE * wider * noise)
-        tops, dips = (len(find_peaks(side, wider * noise)) for side in (net, -net))
+        soft = softened(calm.intensity - lifted(calm, edge, LOOSE * wider * noise))
+        tops, dips = (len(standing_out(side, wider * noise)[0]) for side in (soft, -soft))
         if dips <= max(DIPS * tops, FEW_DIPS):
             break
-        z = softened(net)[~bad] / (noise[~bad] * SOFTENED_NOISE)
+        z = soft[~bad] / (noise[~bad] * SOFTENED_NOISE)
         wider = max(float(quantile(-z[z < 0.0], ONE_SIGMA)), LEAST_STEP * wider)
     return wider
 
@@ -179,16 +179,14 @@ def _noise_of_good(y: FloatArray, bad: BoolArray, lag: int) -> FloatArray:
     return bridge(noise, bad)
 
 
-def _seeds(x, net, noise, wanted_nm) -> IntArray:
+def _seeds(x, soft, noise, wanted_nm) -> IntArray:
     """Channels of peaks, ascending; at requested positions fainter ones too."""
     if wanted_nm is None or not len(wanted_nm):
-        return find_peaks(net, noise)
-    channels, clear = standing_out(net, noise, WANTED)
-    place = np.clip(np.searchsorted(wanted_nm, x[channels]), 1, len(wanted_nm) - 1)
-    away = np.minimum(
-        np.abs(x[channels] - wanted_nm[place]), np.abs(x[channels] - wanted_nm[place - 1])
-    )
-    return channels[(clear >= SIGNIFICANT) | (away < WANTED_NM)]
+        return standing_out(soft, noise)[0]
+    channels, clear = standing_out(soft, noise, WANTED)
+    at = x[channels]
+    near = np.searchsorted(wanted_nm, at - WANTED_NM) < np.searchsorted(wanted_nm, at + WANTED_NM)
+    return channels[(clear >= SIGNIFICANT) | near]
 
 
 def _followed(apart: FloatArray, near: FloatArray) -> bool:
@@ -236,9 +234,19 @@ def search_residual(
     found = find_peaks(net - model, tolerated, RESIDUAL)
     if not len(found):
         return found
-    pitch = pitch_of(x)
     near = np.abs(peaks.centre_nm[:, None] - x[found]).min(axis=0)
-    return found[near > np.maximum(APART * slit.sigma_nm[found] / SIGMA_PER_FWHM, pitch[found])]
+    before, after = np.maximum(found - 1, 0), np.minimum(found + 1, len(x) - 1)
+    pitch = (x[after] - x[before]) / (after - before)
+    return found[near > np.maximum(APART * slit.sigma_nm[found] / SIGMA_PER_FWHM, pitch)]
+
+
+@kernel
+def _with_light(floor, gain, soft):
+    """The noise, counts, (m,), with that of the lines' own light."""
+    out = np.empty(len(floor))
+    for i in range(len(floor)):
+        out[i] = np.sqrt(floor[i] * floor[i] + gain * max(soft[i], 0.0))
+    return out
 
 
 @kernel

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..spectrum.curve import median
+from ..spectrum.kernel import kernel
 from ..spectrum.spectrum import FloatArray, IntArray
 from .growth import growth_table, log_depth_of_unit
 from .plot_fit import (
@@ -23,6 +24,7 @@ from .plot_fit import (
     OUTLIER,
     gauss_newton,
     trust,
+    widest,
 )
 from .response import Response, between
 from .strengths import GRID_K, atoms, log_strengths, present
@@ -209,38 +211,43 @@ def fit_plot(
         chi2, sigma = plot.chi2, np.hypot(sigma, more)
 
 
-def misfit(residual: FloatArray, sigma: FloatArray, free: int) -> float:
+@kernel
+def misfit(residual, sigma, free):
     """By how much lines scatter (one sigma of ln(area)) beyond their errors; 0 if they do not.
 
     residual, sigma: shape (n,). free: degrees of freedom. With it in the errors the mean square of
     residual / error is 1, outliers counted as 3 errors (Paule and Mandel, J. Res. NBS 87, 377 (1982)).
     """
-    square, variance, wanted = residual**2, sigma**2, USUAL_SQUARE * max(free, 1)
-    low, high = 0.0, MOST_MISFIT
-    if np.minimum(square / variance, FAR).sum() <= wanted:
-        return 0.0
-    for _ in range(HALVINGS):
+    low, high, middle = 0.0, MOST_MISFIT, 0.0
+    for turn in range(HALVINGS + 1):
+        total = 0.0
+        for i in range(len(residual)):
+            variance = sigma[i] * sigma[i] + middle * middle
+            total += min(residual[i] * residual[i] / variance, FAR)
+        much = total > USUAL_SQUARE * max(free, 1)
+        if turn == 0 and not much:
+            return 0.0
+        low, high = (middle, high) if much else (low, middle)
         middle = 0.5 * (low + high)
-        if np.minimum(square / (variance + middle * middle), FAR).sum() > wanted:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    return middle
 
 
-def scatter(z: FloatArray, free: float) -> float:
+@kernel
+def scatter(z, free):
     """Variance of what is fitted to lines over that of their weights alone, z: residual / error, (n,).
 
     Where lines agree better than the classes of their transition probabilities allow, all is known better.
     A weighted chi2 does not tell: outliers lose their weight, and of honest errors it is 0.67 (Huber, Ann.
     Stat. 1, 799 (1973)). FEW lines more are counted that scatter as their errors say.
     """
-    say = trust(z)
-    slope = say - 4.0 * (z / OUTLIER) ** 2 * say * np.sqrt(say)  # of the influence, say * z
-    free = max(free, 1.0)
-    own = (
-        np.mean(say) * np.sum((say * z) ** 2) / free / max(float(np.mean(slope)), LEAST_SLOPE) ** 2
-    )
+    says, squares, slope, free = 0.0, 0.0, 0.0, max(free, 1.0)
+    for i in range(len(z)):
+        say = trust(z[i])
+        says += say / len(z)
+        squares += (say * z[i]) ** 2
+        # Of the influence, say * z.
+        slope += (say - 4.0 * (z[i] / OUTLIER) ** 2 * say * np.sqrt(say)) / len(z)
+    own = says * squares / free / max(slope, LEAST_SLOPE) ** 2
     return float((FEW + free * own) / (FEW + free))
 
 
@@ -319,7 +326,4 @@ def _leverage_ev(lines: PlotLines, which: IntArray) -> float:
     """The widest range of upper levels (eV, ionisation counted) within one element."""
     a = atoms()
     energy = lines.e_k_ev + np.where(lines.ion, a.limit_ev[lines.element], 0.0)
-    low, high = np.full(which.max() + 1, np.inf), np.full(which.max() + 1, -np.inf)
-    np.minimum.at(low, which, energy)
-    np.maximum.at(high, which, energy)
-    return float(np.max(high - low))
+    return widest(energy, which, int(which.max()) + 1)

@@ -225,6 +225,17 @@ def gauss_newton(
     return inverse(normal, lower)
 
 
+@kernel
+def widest(values, which, k):
+    """The widest range of the values of one kind; which: 0 to k - 1, (n,)."""
+    low, high, most = np.full(k, np.inf), np.full(k, -np.inf), 0.0
+    for i in range(len(values)):
+        low[which[i]] = min(low[which[i]], values[i])
+        high[which[i]] = max(high[which[i]], values[i])
+        most = max(most, high[which[i]] - low[which[i]])
+    return most
+
+
 @inner_kernel
 def inverse(normal, lower):
     """The covariance, from the normal matrix (its lower half); NaN if that is singular."""

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .curve import joined, median, quantile
+from .kernel import kernel
 from .same_axis import of_axis
 from .spectrum import BoolArray, FloatArray
 
@@ -147,11 +148,9 @@ def steadied(sigma: FloatArray, under: FloatArray, block: int = BLOCK) -> Noise:
     if len(middle) < LEAST_BLOCKS:
         return Noise(sigma, None)
     under = above_0(under)
-    variance, light = sigma[middle] ** 2, under[middle]
-    read, gain, told = _law(variance, light)
-    law = np.sqrt(np.maximum(read + gain * under, 1e-30))
-    bounded = np.minimum(sigma, MOST_OF_LAW * law)
-    return Noise(np.maximum(bounded, LEAST_PART), gain if told else None)
+    light = under[middle]
+    read, gain, told = _law(sigma[middle], light, np.argsort(light, kind="stable"))
+    return Noise(_bounded(sigma, under, read, gain), gain if told else None)
 
 
 def above_0(under: FloatArray) -> FloatArray:
@@ -162,13 +161,39 @@ def above_0(under: FloatArray) -> FloatArray:
     return under - min(float(np.min(under, initial=0.0)), 0.0)
 
 
-def _law(variance, light):
-    """read^2 and gain of the quieter blocks, and whether the light varies enough to trust it."""
-    order = np.argsort(light)
-    bins = np.array_split(order, min(N_BINS, len(order) // 4))
-    v = np.array([quantile(variance[part], QUIET_BLOCKS) for part in bins])
-    x = np.array([np.mean(light[part]) for part in bins])
-    spread = x - x.mean()
-    gain = max(float(spread @ v) / max(float(spread @ spread), 1e-30), 0.0)
-    read = max(float(np.mean(v) - gain * x.mean()), 0.05 * float(v.min()))
-    return read, gain, gain * float(np.ptp(x)) > read
+@kernel
+def _law(sigma, light, order):
+    """read^2 and gain of the quieter blocks, and whether the light varies enough to trust it.
+
+    order: of the blocks by their light.
+    """
+    n = len(order)
+    n_bins = min(N_BINS, n // 4)
+    x, v = np.zeros(n_bins), np.empty(n_bins)
+    begin, mean_x, mean_v, least_v = 0, 0.0, 0.0, np.inf
+    for k in range(n_bins):
+        end = begin + n // n_bins + (1 if k < n % n_bins else 0)
+        variance = np.empty(end - begin)
+        for i in range(begin, end):
+            variance[i - begin] = sigma[order[i]] ** 2
+            x[k] += light[order[i]] / (end - begin)
+        v[k] = quantile(variance, QUIET_BLOCKS)
+        mean_x, mean_v, least_v = mean_x + x[k] / n_bins, mean_v + v[k] / n_bins, min(least_v, v[k])
+        begin = end
+    along, across = 0.0, 0.0
+    for k in range(n_bins):
+        along += (x[k] - mean_x) * v[k]
+        across += (x[k] - mean_x) ** 2
+    gain = max(along / max(across, 1e-30), 0.0)
+    read = max(mean_v - gain * mean_x, 0.05 * least_v)
+    return read, gain, gain * (x[n_bins - 1] - x[0]) > read
+
+
+@kernel
+def _bounded(sigma, under, read, gain):
+    """The noise, no larger than what the law allows over the continuum, counts, (n,)."""
+    out = np.empty(len(sigma))
+    for i in range(len(sigma)):
+        law = np.sqrt(max(read + gain * under[i], 1e-30))
+        out[i] = max(min(sigma[i], MOST_OF_LAW * law), LEAST_PART)
+    return out

@@ -7,7 +7,8 @@ Lines have the same effect, so only the quietest tenth of the spectrum counts.
 
 import numpy as np
 
-from .curve import quantile
+from .curve import put_in_place, quantile
+from .kernel import kernel
 from .spectrum import FloatArray
 
 BLOCK = 64  # channels
@@ -39,18 +40,27 @@ def sharing(intensity: FloatArray) -> float:
     n = (len(intensity) - 6) // BLOCK
     if n < LEAST_BLOCKS:
         return 0.0
-    y, one_in = intensity, ONE_IN if n > MANY_BLOCKS else 1
-    # At `lag` channels from the chosen ones.
-    chosen = {lag: y[lag + 3 :][: n * BLOCK].reshape(n, BLOCK)[::one_in] for lag in range(-3, 4)}
-    middle = 2.0 * chosen[0]
-    near = _size(chosen, middle, 1)
-    least = 1e-12 * (float(np.max(np.abs(middle))) or 1.0)
-    return max(
-        float(quantile(_size(chosen, middle, lag) / np.maximum(near, least), QUIET))
-        for lag in (2, 3)
-    )
+    return _ratio(intensity, n, ONE_IN if n > MANY_BLOCKS else 1)
 
 
-def _size(chosen, middle, lag):
-    size = np.abs(chosen[-lag] - middle + chosen[lag])
-    return np.partition(size, BLOCK // 2, axis=1)[:, BLOCK // 2]
+@kernel
+def _ratio(y, n, one_in):
+    """The larger ratio of over two and over three channels, in the quietest of every `one_in` of n blocks."""
+    blocks = (n + one_in - 1) // one_in
+    ratio, size, most = np.empty((2, blocks)), np.empty(BLOCK), 0.0
+    for b in range(blocks):
+        for i in range(3 + b * one_in * BLOCK, 3 + b * one_in * BLOCK + BLOCK):
+            most = max(most, 2.0 * abs(y[i]))
+    least = 1e-12 * (most if most > 0.0 else 1.0)
+    for b in range(blocks):
+        begin, near = 3 + b * one_in * BLOCK, least
+        for lag in range(1, 4):
+            for i in range(BLOCK):
+                at = begin + i
+                size[i] = abs(y[at - lag] - 2.0 * y[at] + y[at + lag])
+            put_in_place(size, BLOCK // 2)
+            if lag == 1:
+                near = max(size[BLOCK // 2], least)
+            else:
+                ratio[lag - 2, b] = size[BLOCK // 2] / near
+    return max(quantile(ratio[0], QUIET), quantile(ratio[1], QUIET))

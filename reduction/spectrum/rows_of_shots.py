@@ -77,11 +77,11 @@ def read_rows(text: bytes) -> Readout | None:
 
 def _marked(text: bytes) -> Readout | None:
     """The spectra of a table of PyHAT's, which says where the wavelengths are, however few."""
-    first, _, rest = text.partition(b"\n")
+    first = text[: text.find(b"\n")] if b"\n" in text else text
     kinds = [kind.strip().casefold() for kind in _cells(first.decode("latin-1"), ",")]
     if "wvl" not in kinds or not PYHAT.issuperset(kinds):
         return None
-    second, _, rows = rest.partition(b"\n")
+    second, _, rows = text[len(first) + 1 :].partition(b"\n")
     fields = _cells(second.decode("latin-1"), ",")
     begin, n = kinds.index("wvl"), kinds.count("wvl")
     named = [_named(field, ".") for field in fields[begin : begin + n]]
