@@ -60,6 +60,7 @@ def evidence(identified: Identified, peaks: VoigtPeaks) -> dict[str, Evidence]:
     above = _above_chance(identified)
     score, place = identified.indexed.weight.tolist(), np.minimum(best, len(matched.limit) - 1)
     limit, line_nm = matched.limit[place].tolist(), matched.shown_nm[place].tolist()
+    certain = float(identified.indexed.weight.max()) >= CERTAIN
     found = {}
     for e in np.flatnonzero(np.diff(first)).tolist():
         if score[e] < UNCERTAIN:
@@ -67,7 +68,7 @@ def evidence(identified: Identified, peaks: VoigtPeaks) -> dict[str, Evidence]:
                 names[e], "absent", score[e], 0, 0, line_nm[e], 0.0, NAN, (), limit[e]
             )
         else:
-            found[names[e]] = _of(identified, peaks, e, names[e], due, int(best[e]), above)
+            found[names[e]] = _of(identified, peaks, e, names[e], due, int(best[e]), above, certain)
     return found
 
 
@@ -137,7 +138,7 @@ def _shows(identified: Identified, e: int, area: FloatArray) -> BoolArray:
 
 def _of(
     identified: Identified, peaks: VoigtPeaks, e: int, name: str, due: _Due, best: int,
-    above: FloatArray,
+    above: FloatArray, certain: bool,
 ) -> Evidence:  # fmt: skip
     matched = identified.matched
     score = float(identified.indexed.weight[e])
@@ -151,7 +152,6 @@ def _of(
         line_nm, area = float(matched.shown_nm[due.there[e][top]]), float(peaks.area[k])
         error = float(peaks.area_error[k])
     own = np.array(sorted(set(which.tolist())), np.int64)
-    certain = float(identified.indexed.weight.max()) >= CERTAIN
     sure = float(above[e]) >= _least(name, above, certain=certain) and (
         len(own) > 1 or _stands_alone(identified, name, area, error)
     )

@@ -55,12 +55,13 @@ def merged(
 
 def _spare(noise, channels, prominence, peaks: VoigtPeaks) -> BoolArray:
     """One profile of each line that several share, the least prominent."""
+    unknown = ~significant(peaks)
+    if np.count_nonzero(unknown) < 2:  # as in most spectra
+        return np.zeros(len(channels), dtype=bool)
     width = np.maximum(peaks.fwhm_nm, 1e-9)
     height = peaks.area / (BOX_PER_AREA * width) / noise[channels]
-    vague = ~significant(peaks) & (height > STANDS)
+    vague = unknown & (height > STANDS)
     spare = np.zeros(len(channels), dtype=bool)
-    if np.count_nonzero(vague) < 2:
-        return spare
     order = np.flatnonzero(vague)[np.argsort(peaks.centre_nm[vague])]
     run: list[int] = []
     for k in [*order.tolist(), -1]:

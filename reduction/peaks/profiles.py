@@ -21,7 +21,7 @@ from .background import lifted, lower_edge
 from .merge import merged, significant
 from .peaks import SIGNIFICANT, SOFTENED_NOISE, clear_of, find_peaks, standing_out
 from .render import render
-from .slit import QUIET_LINES, TAKEN_UP, Slit, learn
+from .slit import QUIET_LINES, TAKEN_UP, Slit, learn, on_tops
 from .spikes import has_spikes
 from .voigt import SIGMA_PER_FWHM, VoigtPeaks, among, fit_peaks
 
@@ -113,7 +113,8 @@ def fit_profiles(
     model = render(x, peaks, 0.05 * noise)
     quieter = noise
     if not followed:
-        quieter = quieter_noise(noise, floor, above_0(under) + soft, net - model, seeds)
+        left, _ = on_tops(net, model, seeds)
+        quieter = quieter_noise(noise, floor, above_0(under), soft, left, seeds)
     crowded = quieter is not noise
     if crowded:
         noise, heard = quieter, quieter * deaf
@@ -198,24 +199,30 @@ def _followed(apart: FloatArray, near: FloatArray) -> bool:
 
 
 def quieter_noise(
-    noise: FloatArray, floor: FloatArray, light: FloatArray, left: FloatArray, seeds: IntArray
+    noise: FloatArray,
+    floor: FloatArray,
+    under: FloatArray,
+    soft: FloatArray,
+    left: FloatArray,
+    seeds: IntArray,
 ) -> FloatArray:
     """The noise where crowded lines had been taken for some of it, counts, (m,); else the same array.
 
-    light: continuum and lines; left: what the fit left over; seeds: channels of peaks. The better
-    fitted tops and the quietest stretch of the axis show variance = read^2 + gain * light. A fit
-    follows part of the noise, hence TAKEN_UP; a blend leaves more, hence a low quantile.
+    under, soft: light of the continuum and of lines; seeds: channels of peaks; left: mean square of
+    what the fit left over on each, (k,). The better fitted tops and the quietest stretch of the axis
+    show variance = read^2 + gain * light. A fit follows part of the noise, hence TAKEN_UP; a blend
+    leaves more, hence a low quantile.
     """
     if len(seeds) < LEAST_TOPS:
         return noise
     read = float(quantile(floor[::QUIET_STEP].copy(), QUIET_PART)) ** 2
-    tops = np.clip(seeds[:, None] + np.arange(-2, 3), 0, len(left) - 1)
-    each = TAKEN_UP * np.mean(left[tops] ** 2, axis=1) - read
-    gain = max(float(quantile(each / np.maximum(light[seeds], 1e-30), QUIET_LINES)), 0.0)
-    at_tops = FOLLOWED * np.sqrt(read + gain * np.maximum(light[seeds], 0.0))
+    light = under[seeds] + soft[seeds]
+    each = TAKEN_UP * left - read
+    gain = max(float(quantile(each / np.maximum(light, 1e-30), QUIET_LINES)), 0.0)
+    at_tops = FOLLOWED * np.sqrt(read + gain * np.maximum(light, 0.0))
     if np.mean(at_tops < CLEARLY * noise[seeds]) <= CROWDED:
         return noise
-    again = FOLLOWED * np.sqrt(read + gain * np.maximum(light, 0.0))
+    again = FOLLOWED * np.sqrt(read + gain * np.maximum(under + soft, 0.0))
     return np.where(again < CLEARLY * noise, again, noise)
 
 

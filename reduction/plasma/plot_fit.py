@@ -71,6 +71,9 @@ def thin_areas(row_entry, row_which, row_ion, row_log_ga, row_e_k, held, kelvin,
             value = row_log_ga[i] + held[row_which[i], row_ion[i]] + inverse * row_e_k[i]
             top = max(top, value)
             i += 1
+        if i == begin + 1:  # as most are
+            thin[line] = top
+            continue
         total = 0.0
         for j in range(begin, i):
             value = row_log_ga[j] + held[row_which[j], row_ion[j]] + inverse * row_e_k[j]

@@ -15,7 +15,7 @@ from .spectrum import BoolArray, FloatArray
 
 DEAD_SIGMA = 10.0
 FLOOR_BLOCK = 64  # channels whose lower edge a dead one is compared with
-FLOOR_QUANTILE = 0.15
+LOW_PLACE = int(0.15 * FLOOR_BLOCK)  # of its channels, from the lowest
 HOT_SIGMA = 8.0
 HOT_SHOULDER = 0.1  # a line's neighbours rise by more than this fraction of its own rise
 PAIR_SIGMA, PAIR_SHOULDER = 25.0, 0.05  # the same of two channels that a cosmic ray shares
@@ -95,15 +95,28 @@ def _lone(y, noise, found):
                 found[i] = found[i + 1] = True
 
 
+@kernel
 def _dead(y, noise):
-    n = len(y) // FLOOR_BLOCK
+    """Channels far below the lower edge of their block, and the edges of the next ones; (n,)."""
+    n, dead = len(y) // FLOOR_BLOCK, np.zeros(len(y), np.bool_)
     if n < 2:
-        return np.zeros(len(y), dtype=bool)
-    blocks = y[: n * FLOOR_BLOCK].reshape(n, FLOOR_BLOCK)
-    place = int(FLOOR_QUANTILE * FLOOR_BLOCK)
-    low = np.partition(blocks, place, axis=1)[:, place].copy()  # a stride is compiled for once more
-    floor = joined(low, 0.5 * FLOOR_BLOCK, float(FLOOR_BLOCK), len(y))
-    return y < floor - DEAD_SIGMA * noise
+        return dead
+    edge, least = np.empty(n), np.empty(LOW_PLACE + 1)
+    for b in range(n):
+        least.fill(np.inf)
+        for i in range(b * FLOOR_BLOCK, (b + 1) * FLOOR_BLOCK):
+            if y[i] >= least[LOW_PLACE]:
+                continue
+            k = LOW_PLACE  # the lowest so far, ascending: y[i] takes its place among them
+            while k > 0 and y[i] < least[k - 1]:
+                least[k] = least[k - 1]
+                k -= 1
+            least[k] = y[i]
+        edge[b] = least[LOW_PLACE]
+    floor = joined(edge, 0.5 * FLOOR_BLOCK, float(FLOOR_BLOCK), len(y))
+    for i in range(len(y)):
+        dead[i] = y[i] < floor[i] - DEAD_SIGMA * noise[i]
+    return dead
 
 
 def _full(y, noise):
