@@ -67,7 +67,8 @@ def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
         ("zaber", "port: x, stages: {x: {device: 0}}", "0}}"), ("aecp", "exports: x, clock_s: y", "y}"),
         ("sim_gantry", "clock: quick, seed: 1", "quick"), ("oak", "size: [640]", "[640]"),
         ("marlin", "port: x, keep_out: {x: [1, 5]}", "{x: [1"),
-        ("grbl", "baud: 9600", "config"), ("aecp", "clock_s: 1", "{clock_s"), ("scpi", "timeout: 1 s", "{timeout"),
+        ("grbl", "baud: 9600", "{baud"), ("aecp", "clock_s: 1", "{clock_s"),
+        ("scpi", "timeout: 1 s", "{timeout"),
     ):  # fmt: skip
         with_config = LAB.replace("sim_gantry", f"{driver}, config: {{{config}}}")
         line = with_config.splitlines()[4]
