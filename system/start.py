@@ -6,7 +6,7 @@ import re
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from importlib import import_module
 from types import ModuleType
@@ -95,6 +95,14 @@ def later(name: str, *functions: str) -> Iterator[None]:
         yield
     finally:
         stand_in.leave()
+
+
+def spare_of_socketio(*more: str) -> None:
+    """Load Socket.IO without what its other clients and servers would use: half of what it takes."""
+    with ExitStack() as spared:
+        for library in ("requests", "tornado", "websocket", *more):
+            spared.enter_context(later(library))
+        import_module("socketio")
 
 
 class _Later(ModuleType):

@@ -9,6 +9,7 @@ from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any
 
 from ...schemas.messages import NAMESPACE
+from ...system.start import spare_of_socketio
 from ...system.tasks import end, keep
 from ..server import tokens
 
@@ -157,6 +158,7 @@ class Link:
             delay = min(2 * delay, LONGEST_DELAY_S)
 
     async def _connect(self) -> None:
+        spare_of_socketio()
         import socketio
         from socketio.exceptions import ConnectionError as Unconnected
 

@@ -14,12 +14,11 @@ from typing import Any, TextIO
 
 from pydantic import ValidationError
 
-from ...system.start import later, spare_plugins
+from ...system.start import spare_of_socketio, spare_plugins
 
 if __name__ == "__main__":  # a process of its own, whose start is waited for
     spare_plugins()
-    with later("aiohttp"):  # for clients of Socket.IO, which few drivers are
-        import socketio  # noqa: F401
+    spare_of_socketio("aiohttp")  # for its clients, which few drivers are
 
 from ...schemas.model import first_fault
 from ...system.process import alive

@@ -17,7 +17,8 @@ from labrun.system.start import later, patterns_when_used, without
 
 HEAVY = {
     "aiohttp", "cv2", "dask", "fastapi", "jsonschema", "matplotlib", "numba", "numpy", "pandas",
-    "pint", "PIL", "pyarrow", "rich.table", "ruamel", "scipy", "importlib.metadata", "email",
+    "pint", "PIL", "pyarrow", "requests.api", "rich.table", "ruamel", "scipy", "tornado.httputil",
+    "importlib.metadata", "email",
 }  # fmt: skip
 COMMANDS = HEAVY | {"asyncio", "socketio", "uvicorn", "ssl", "py_trees", "labrun.drivers"}
 STEP = """labrun: 1
@@ -170,9 +171,9 @@ def test_no_thread_has_a_library_that_is_left_out_everywhere(package: Path):
 def test_a_server_process_can_still_be_a_client_of_another():
     # engineio has kept the stand-in: the first connection loads what is behind it.
     program = (
-        "from labrun.system.start import later\n"
-        "with later('aiohttp'):\n    import socketio\n"
-        "import asyncio, sys\n"
+        "from labrun.system.start import spare_of_socketio\n"
+        "spare_of_socketio('aiohttp')\n"
+        "import asyncio, socketio, sys\n"
         "assert 'aiohttp' not in sys.modules\n"
         "async def main():\n"
         "    try:\n        await socketio.AsyncClient().connect('http://127.0.0.1:9', wait_timeout=5)\n"

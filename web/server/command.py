@@ -71,7 +71,9 @@ def web(
 ) -> None:
     """Serve the page to edit, launch, watch and review; runs continue without it."""
     from ...drivers.server.tokens import WeakToken, for_port
+    from ...system.start import spare_of_socketio
 
+    spare_of_socketio()
     if token is not None:  # crash logs show the command line
         sys.argv = [part.replace(token, "***") for part in sys.argv]
     with failing_on(WeakToken):
