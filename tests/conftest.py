@@ -31,12 +31,15 @@ from typing import NamedTuple
 
 import pytest
 from hypothesis import settings
+from hypothesis.internal.conjecture import providers
 
 from .python_with_tk import python_with_tk
 
 settings.register_profile("fixed", derandomize=True, deadline=None)
 settings.register_profile("explore", derandomize=False, deadline=None, max_examples=1000)
 settings.load_profile("fixed")
+# It would read every source for constants to draw, 3 s in each process, and draw anew when one changes.
+providers._get_local_constants = lambda: providers._local_constants
 
 gc.disable()
 

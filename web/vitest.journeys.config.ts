@@ -9,7 +9,7 @@ export default defineConfig({
     testTimeout: 300_000,
     hookTimeout: 300_000,
     // What a person would wait for; a machine that is busy shows it later, not otherwise.
-    expect: { poll: { timeout: 90_000 } },
+    expect: { poll: { timeout: 90_000, interval: 200 } },
     fileParallelism: false,
     sequence: { concurrent: false },
   },

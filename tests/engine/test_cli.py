@@ -13,6 +13,8 @@ from labrun import __version__
 from labrun.engine import cli
 from labrun.engine.cli import COMMANDS, FROM_ENTRY_POINTS, GROUPS, arguments, ros_args
 
+from ..command_line import labrun as in_process
+
 COMMAND = [sys.executable, "-m", "labrun.engine"]
 
 
@@ -69,10 +71,11 @@ def test_version(tmp_path):
         (["call", "gantry.home"], 2, "dangerous"),
         (["serve", "nothing"], 2, "no device 'nothing'"),
         (["report", "nope"], 2, "no run"),
+        (["status", "nope"], 2, "no device 'nope'"),
     ],
 )
 def test_what_a_person_gets_wrong_is_one_clear_message(tmp_path, words, status, says):
-    told = labrun(tmp_path, *words)
+    told = in_process(tmp_path, *words)
 
     assert told.returncode == status, told.stdout + told.stderr
     assert says in told.stdout + told.stderr
@@ -115,6 +118,7 @@ def test_runs_lists_what_was_run_and_how_it_ended(tmp_path):
 
     assert row["fate"] == "failed"
     assert "on purpose" in row["reason"]
+    assert in_process(tmp_path, "status", "last").stdout == in_process(tmp_path, "runs").stdout
 
 
 def test_a_folder_for_runs_that_cannot_be_made_is_a_sentence(tmp_path):

@@ -1,27 +1,22 @@
 """`labrun check` as a person runs it."""
 
 import json
-import os
 import subprocess
-import sys
 from pathlib import Path
 
-import pytest
+from ...command_line import labrun
 
 HERE = Path(__file__).parents[1]
 EXAMPLE = HERE / "examples" / "libs_grid_scan.yaml"
 FAULTY = HERE / "faulty" / "argument_dimension.yaml"
 
 
-def labrun(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "labrun.engine", *map(str, arguments)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-    return subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+def check(*words: object) -> subprocess.CompletedProcess[str]:
+    return labrun(Path(), "check", *words)
 
 
-@pytest.mark.slow
 def test_a_protocol_in_order_is_0_and_a_faulty_one_is_2():
-    fine, faulty = labrun("check", EXAMPLE), labrun("check", FAULTY)
+    fine, faulty = check(EXAMPLE), check(FAULTY)
 
     assert (fine.returncode, fine.stderr) == (0, "")
     assert "no problems" in fine.stdout
@@ -32,7 +27,7 @@ def test_a_protocol_in_order_is_0_and_a_faulty_one_is_2():
 def test_options_that_change_nothing_change_nothing(tmp_path):
     # Without options nothing reads them: the same words and status by another way.
     files = (FAULTY, EXAMPLE, tmp_path / "none.yaml")
-    plainly, with_options = labrun("check", *files), labrun("check", *files, "--format", "text")
+    plainly, with_options = check(*files), check(*files, "--format", "text")
 
     assert plainly.returncode == with_options.returncode == 2
     assert (plainly.stdout, plainly.stderr) == (with_options.stdout, with_options.stderr)
@@ -40,9 +35,7 @@ def test_options_that_change_nothing_change_nothing(tmp_path):
 
 
 def test_several_files_and_options_are_one_list_in_json():
-    done = labrun(
-        "check", EXAMPLE, FAULTY, "--format", "json", "-p", "pith=1 mm", "--bind", "libs=gantry"
-    )
+    done = check(EXAMPLE, FAULTY, "--format", "json", "-p", "pith=1 mm", "--bind", "libs=gantry")
     found = {(p["file"], p["code"]) for p in json.loads(done.stdout)}
 
     assert done.returncode == 2
@@ -51,14 +44,14 @@ def test_several_files_and_options_are_one_list_in_json():
 
 def test_what_cannot_be_a_protocol_is_a_problem_not_a_traceback(tmp_path):
     for path in (tmp_path, tmp_path / "none.yaml"):
-        done = labrun("check", path)
+        done = check(path)
 
         assert done.returncode == 2
         assert "error[E100]" in done.stdout and "Traceback" not in done.stderr
 
 
 def test_explain_prints_the_sets():
-    done = labrun("explain", EXAMPLE)
+    done = labrun(Path(), "explain", EXAMPLE)
 
     assert done.returncode == 0
     assert "P = [A1, ..., A7]" in done.stdout

@@ -1,20 +1,20 @@
 """`labrun fmt` as a person runs it."""
 
-import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from ...command_line import labrun
 
 UNEVEN = "labrun: 1\nname: even # a name\nsteps:\n- log: hello\n"
 EVEN = "labrun: 1\nname: even # a name\nsteps:\n  - log: hello\n"
 
 
 def fmt(*arguments: object, stdin: bytes = b"") -> subprocess.CompletedProcess[bytes]:
-    command = [sys.executable, "-m", "labrun.engine", "fmt", *map(str, arguments)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-    return subprocess.run(command, input=stdin, capture_output=True, env=environment, check=False)
+    done = labrun(Path(), "fmt", *arguments, stdin=stdin)
+    told = done.stdout.encode(), done.stderr.encode()
+    return subprocess.CompletedProcess(done.args, done.returncode, *told)
 
 
 @pytest.fixture

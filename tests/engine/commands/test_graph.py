@@ -1,21 +1,12 @@
 """`labrun graph` as a person runs it."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
+
+from ...command_line import labrun
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "libs_grid_scan.yaml"
 FAULTY = Path(__file__).parents[1] / "faulty" / "argument_dimension.yaml"
-
-
-def labrun(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-    return subprocess.run(
-        [sys.executable, "-m", "labrun.engine", *map(str, arguments)], cwd=folder,
-        capture_output=True, text=True, env=environment, check=False,
-    )  # fmt: skip
 
 
 def test_mermaid_is_printed_and_a_file_says_its_own_format(tmp_path):

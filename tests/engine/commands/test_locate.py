@@ -1,9 +1,6 @@
 """`labrun locate` as a person runs it, on a photograph with known truth."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import cv2
@@ -12,17 +9,11 @@ import pytest
 import yaml
 from scenes import Chessboard, Lens, photograph, stand
 
+from ...command_line import labrun
+
 LENS = Lens(640, 360, 532.5, (326.0, 174.0), (-0.08, 0.03, 0.001, -0.0007, 0.0))
 TRUTH = Chessboard(x=0, y=0)
 PLACE = stand(TRUTH.middle() - (0, 30, 0), 500, 30, 5, 3)
-
-
-def labrun(folder: Path, *words: object) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-    return subprocess.run(
-        [sys.executable, "-m", "labrun.engine", *map(str, words)], cwd=folder,
-        capture_output=True, text=True, env=environment, check=False,
-    )  # fmt: skip
 
 
 def save(path: Path, grey) -> None:

@@ -1,22 +1,11 @@
 """`labrun new` writes a protocol that checks clean, and overwrites nothing."""
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 
 from labrun.engine.check import check_file, check_text
 from labrun.engine.new.protocol import TEMPLATES, CannotMake, protocol_name, template_text
 
-
-def labrun(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-    return subprocess.run(
-        [sys.executable, "-m", "labrun.engine", *map(str, arguments)], cwd=folder,
-        capture_output=True, text=True, env=environment, check=False,
-    )  # fmt: skip
+from ...command_line import labrun
 
 
 @pytest.mark.parametrize(

@@ -1,22 +1,13 @@
 """`labrun preview` as a person runs it."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from ...command_line import labrun
+
 PROTOCOLS = Path(__file__).parents[3] / "protocols"
 HEADER = "labrun: 1\nname: t\ndevices: {gantry: gantry@1}\nsteps:\n"
-
-
-def labrun(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-    return subprocess.run(
-        [sys.executable, "-m", "labrun.engine", *map(str, arguments)], cwd=folder,
-        capture_output=True, text=True, env=environment, check=False,
-    )  # fmt: skip
 
 
 def test_the_picture_is_named_after_the_protocol_and_its_path_is_printed(tmp_path):

@@ -1,17 +1,16 @@
 """`labrun problem` prints the manual."""
 
-import subprocess
-import sys
+from pathlib import Path
+
+from ...command_line import labrun
 
 
-def labrun(*arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "labrun.engine", *arguments], capture_output=True, text=True
-    )
+def problem(*words):
+    return labrun(Path(), "problem", *words)
 
 
 def test_a_page_says_why_shows_both_examples_and_what_labrun_says():
-    done = labrun("problem", "E204")
+    done = problem("E204")
 
     assert done.returncode == 0
     assert done.stdout.startswith("E204: a quantity of the wrong dimension\n")
@@ -20,7 +19,7 @@ def test_a_page_says_why_shows_both_examples_and_what_labrun_says():
 
 
 def test_without_a_code_all_are_listed():
-    done = labrun("problem")
+    done = problem()
 
     assert done.returncode == 0
     assert "E101  text that is not YAML" in done.stdout
@@ -28,7 +27,7 @@ def test_without_a_code_all_are_listed():
 
 
 def test_case_and_brackets_do_not_matter_and_several_codes_may_be_asked():
-    done = labrun("problem", "e401", "[W402]")
+    done = problem("e401", "[W402]")
 
     assert done.returncode == 0
     assert "E401: an id that is used twice" in done.stdout
@@ -36,7 +35,7 @@ def test_case_and_brackets_do_not_matter_and_several_codes_may_be_asked():
 
 
 def test_an_unknown_code_is_told_with_those_near_it():
-    done = labrun("problem", "E499")
+    done = problem("E499")
 
     assert done.returncode == 2
     assert done.stdout == ""
@@ -44,10 +43,10 @@ def test_an_unknown_code_is_told_with_those_near_it():
 
 
 def test_another_letter_or_none_finds_the_number():
-    assert "similar: E204 (" in labrun("problem", "W204").stderr
-    assert "similar: E204 (" in labrun("problem", "204").stderr
+    assert "similar: E204 (" in problem("W204").stderr
+    assert "similar: E204 (" in problem("204").stderr
 
 
 def test_a_word_finds_the_codes_that_speak_of_it():
-    assert "W402 (a timeout shorter" in labrun("problem", "timeout").stderr
-    assert "`labrun problem` lists them all" in labrun("problem", "xyzzy").stderr
+    assert "W402 (a timeout shorter" in problem("timeout").stderr
+    assert "`labrun problem` lists them all" in problem("xyzzy").stderr

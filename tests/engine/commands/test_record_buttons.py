@@ -1,6 +1,5 @@
 """`labrun record-program --box` and `--find` on pictures of a screen: recorded and found, or why not."""
 
-import subprocess
 import sys
 
 import cv2
@@ -9,6 +8,8 @@ import pytest
 from PIL import Image
 
 from labrun.drivers.window_program.buttons import read_buttons
+
+from ...command_line import labrun
 
 pytestmark = pytest.mark.slow
 
@@ -28,13 +29,6 @@ def drawn(scale: float = 1.0, twice: bool = False) -> np.ndarray:
             screen, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.7 * scale, (20, 20, 60), 2, cv2.LINE_AA
         )
     return screen
-
-
-def labrun(folder, *arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "labrun.engine", *arguments],
-        cwd=folder, capture_output=True, text=True, stdin=subprocess.DEVNULL,
-    )  # fmt: skip
 
 
 def saved(folder, name, picture):

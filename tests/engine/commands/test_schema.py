@@ -1,23 +1,13 @@
 """`labrun schema` as a person runs it."""
 
 import json
-import os
-import subprocess
-import sys
-from pathlib import Path
 
-
-def labrun(*arguments: object, cwd: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "labrun.engine", *map(str, arguments)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-    return subprocess.run(
-        command, capture_output=True, text=True, env=environment, check=False, cwd=cwd
-    )
+from ...command_line import labrun
 
 
 def test_it_is_written_to_standard_output_or_to_a_file_with_the_line_to_begin_with(tmp_path):
-    shown = labrun("schema", cwd=tmp_path)
-    written = labrun("schema", "-o", ".labrun/protocol.schema.json", cwd=tmp_path)
+    shown = labrun(tmp_path, "schema")
+    written = labrun(tmp_path, "schema", "-o", ".labrun/protocol.schema.json")
     text = (tmp_path / ".labrun" / "protocol.schema.json").read_text(encoding="utf-8")
 
     assert (shown.returncode, shown.stderr) == (0, "")
@@ -28,7 +18,7 @@ def test_it_is_written_to_standard_output_or_to_a_file_with_the_line_to_begin_wi
 
 def test_a_lab_that_is_not_in_order_is_told_and_nothing_is_written(tmp_path):
     (tmp_path / "lab.yaml").write_text("devices: {a: {contract: gantri@1, driver: sim_gantry}}\n")
-    done = labrun("schema", "--lab", "lab.yaml", "-o", "made.json", cwd=tmp_path)
+    done = labrun(tmp_path, "schema", "--lab", "lab.yaml", "-o", "made.json")
 
     assert (done.returncode, done.stdout) == (2, "")
     assert "there is no contract gantri@1" in done.stderr
@@ -36,7 +26,7 @@ def test_a_lab_that_is_not_in_order_is_told_and_nothing_is_written(tmp_path):
 
 
 def test_a_file_that_cannot_be_written_is_said_in_one_sentence(tmp_path):
-    done = labrun("schema", "-o", tmp_path, cwd=tmp_path)
+    done = labrun(tmp_path, "schema", "-o", tmp_path)
 
     assert done.returncode == 2
     assert "cannot be written" in done.stderr and "Traceback" not in done.stderr

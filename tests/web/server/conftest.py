@@ -221,12 +221,13 @@ class Client(httpx.Client):
 
 
 def wait_for(true, what, seconds=500):
-    until = time.monotonic() + seconds
+    until, pause_s = time.monotonic() + seconds, 0.02
     while time.monotonic() < until:
         found = true()
         if found:
             return found
-        time.sleep(0.05)
+        time.sleep(pause_s)
+        pause_s = min(1.3 * pause_s, 0.25)  # each look is a request, which costs both sides
     raise AssertionError(f"waited {seconds} s for {what}")
 
 

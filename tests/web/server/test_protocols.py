@@ -7,17 +7,24 @@ pytestmark = pytest.mark.slow
 GOOD = "labrun: 1\nname: mine\ndevices: {gantry: gantry@1}\nsteps: [{do: gantry.home, timeout: 1 min}]\n"
 
 
-def test_the_list_tells_what_the_checker_and_the_runs_say(house, wait_for):
+def test_the_list_tells_what_the_checker_and_the_runs_say(shared, page, wait_for):
     broken = GOOD.replace("gantry.home", "gantry.hmoe")
-    made = house(protocols={"good.yaml": GOOD, "sub/broken.yaml": broken, "lab2.yaml": "name: x\n"})
-    client = made.client()
-    client.take()
-    client.reach("gantry")
-    id = client.run_of("good.yaml", checklist=[])
-    client.until(id, "succeeded")
-    told = {one["name"]: one for one in client.get("/protocols").json()}
+    files = {"good.yaml": GOOD, "sub/broken.yaml": broken, "lab2.yaml": "name: x\n"}
+    for name, text in files.items():
+        (shared.library / name).parent.mkdir(exist_ok=True)
+        (shared.library / name).write_text(text)
+    page.reach("gantry")
+    id = page.run_of("good.yaml", checklist=[])
+    page.until(id, "succeeded")
 
-    assert list(told) == ["good.yaml", "sub/broken.yaml"]  # what says no `labrun:` is no protocol
+    def checked():
+        told = {one["name"]: one for one in page.get("/protocols").json()}
+        return None not in (one["errors"] for one in told.values()) and told
+
+    told = wait_for(checked, "all protocols checked")
+
+    # What says no `labrun:` is no protocol.
+    assert files.keys() & told.keys() == {"good.yaml", "sub/broken.yaml"}
     assert told["good.yaml"]["title"] == "mine" and told["good.yaml"]["errors"] == 0
     assert told["good.yaml"]["runs"] == told["good.yaml"]["succeeded"] == 1
     assert told["good.yaml"]["median_s"] > 0

@@ -30,7 +30,6 @@ def output(tmp_path_factory):
     return done.stdout
 
 
-@pytest.mark.slow
 def test_driver_and_twin_keep_their_contract(output):
     assert " passed" in output and "failed" not in output
 
