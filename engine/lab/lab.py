@@ -29,6 +29,8 @@ from .addresses import one_address
 from .config_contracts import broken, said_contracts
 
 SHIPPED = Path(__file__).parents[2] / "protocols"
+CONFIGLESS = {"reducer", "gp", "optuna", "gpcam", "baybe", "oak", "realsense", "moonraker"}
+"""Drivers that ship and need no `config`, as twins do not: they are not read to see that it is missing."""
 OF_DRIVER = "last_once"
 """The probe that a bridge adds by itself."""
 CODES = {
@@ -350,7 +352,7 @@ def _check_config(
     """What its driver does not take: one that ships says so when it is made, before all else."""
     if device.driver is None or device.python is not None:
         return
-    if not device.config and device.driver.startswith("sim_"):
+    if not device.config and (device.driver.startswith("sim_") or device.driver in CONFIGLESS):
         return  # the lab that ships needs no driver to be read
     from ...drivers import find
     from ...drivers.driver import Misfit, Place, UnknownKey

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from labrun.engine.lab.lab import load_lab
+from labrun.drivers.find import SHIPPED
+from labrun.engine.lab.lab import CONFIGLESS, load_lab
 from labrun.schemas.contracts import shipped_contracts
 
 LAB = """\
@@ -75,6 +76,20 @@ def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
         assert told(write(tmp_path, with_config)) == [f"E132 5:{line.index(value) + 1}"]
     assert told(write(tmp_path, LAB.replace("furnace.yaml", "none.yaml"))) == ["E130 2:13"]
     assert told(tmp_path / "nowhere.yaml") == ["E100 1:1"]
+
+
+@pytest.mark.slow
+def test_every_driver_without_a_config_is_told_what_it_lacks_unless_it_needs_none(tmp_path):
+    drivers = [driver for driver in SHIPPED if not driver.startswith("sim_")]
+    found = {}
+    for driver in drivers:
+        (tmp_path / "bare.yaml").write_text(
+            f"devices: {{a: {{contract: gantry@1, driver: {driver}}}}}"
+        )
+        found[driver] = told(tmp_path / "bare.yaml")
+
+    assert {driver for driver, problems in found.items() if problems == []} == CONFIGLESS
+    assert {problem[:4] for problems in found.values() for problem in problems} == {"E132"}
 
 
 @pytest.mark.parametrize(
