@@ -30,7 +30,7 @@ async def reach(controller: Controller, boot_s: float) -> None:
         options = await _options(controller)  # which may say the firmware's name, too
         settings = Settings.read(lines, options, controller.kind)
         if settings.firmware.own_scale:
-            settings = replace(settings, homes_at=await _homes_at(controller, settings.axes))
+            settings = replace(settings, homes_at=await homes_at(controller, settings.axes))
         if settings.unfit:
             raise OSError(f"{controller.port.name}: {settings.unfit}")
         controller.configure(settings)
@@ -88,7 +88,7 @@ async def _options(controller: Controller) -> str:
     return next((text.split(",")[0] for text in told if "," in text), "")
 
 
-async def _homes_at(controller: Controller, axes: int) -> dict[int, float]:
+async def homes_at(controller: Controller, axes: int) -> dict[int, float]:
     """Where FluidNC's axes are after homing; one that does not home is left out."""
     places: dict[int, float] = {}
     for axis in range(axes):

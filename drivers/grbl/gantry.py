@@ -18,7 +18,7 @@ from ..motion.bench import Point, bench_from_here, place_words, read_bench
 from ..motion.config import PLACING
 from ..motion.faults import Ended, Lost, MotionFault, Refused, Restarted, Silent, WrongPlace
 from .alarm import TRIES, recover
-from .boot import learn_offset, reach
+from .boot import homes_at, learn_offset, reach
 from .controller import HOLD, RESUME, Contact, Controller
 from .dialect import GrblDialect, changed_words, out_of_travel_words, zero_line
 from .faults import SOFT_LIMIT, Alarmed, StillLocked
@@ -100,11 +100,19 @@ class Grbl(GrblDialect):
                     await self._clear_hold()
                     await home(self.controller, seconds, self._ended(goal))
                     await self._learn_again()
+                    await self._learn_scale()
                     await self._step_inside()
                 self._read_report()
                 self._left = self._place_known()
         except Ended:
             raise self._ending(goal, "HomingFailed", "unknown") from None
+
+    async def _learn_scale(self) -> None:
+        """FluidNC's begins where its configuration says as it homes; another program may change that."""
+        c = self.controller
+        if c.kind.own_scale:
+            c.settings = replace(c.settings, homes_at=await homes_at(c, c.settings.axes))
+            self._lay_out()
 
     async def _step_inside(self) -> None:
         c = self.controller

@@ -28,7 +28,8 @@ CLOSE_S = 3.0
 SETTLE_S = 1.0
 PORT_S = 10.0
 REPORT_S = 2.0
-RUNNING = "Running"
+PENDING, RUNNING = "Pending", "Running"
+"""Its own words in place of a controller's state: before the first report, and after a command."""
 LOCKED = 9
 SETTING = re.compile(r"^\$(\d+)=(\S+)")
 PROBED = re.compile(r"\[PRB:(.*)\]")
@@ -37,10 +38,7 @@ BANNER = re.compile(r"Grbl(?:HAL)? \d")
 BOOT_S = 5.0
 RESET_S = 3.0
 """A boot within this time after CONTROL was asked for a reset is the one that was asked for."""
-FIRST_S = 0.3
-"""CONTROL asks for its first report a tenth of a second after it has named the board."""
-PRESSED_S = 0.5
-"""CONTROL stops a board whose first report tells of its reset button: `!`, and a reset 0.2 s later."""
+UNNAMED_S = 0.3
 AGAIN_S = 0.3
 """Opening a port may boot a board twice: by the port, and by CONTROL's own reset."""
 RESTARTED = (
@@ -68,7 +66,7 @@ class Control:
         self._settled_at = 0.0
         self.boots = 0
         self._reset_until = 0.0
-        self._named = False
+        self._starting = False
         self.probed: list[str] = []
         self.settings: dict[str, str] = {}
         self.configuration = ""
@@ -97,7 +95,6 @@ class Control:
             ("connect", self._connected), ("disconnect", self._gone), ("status", self._status),
             ("ok", self._ok), ("data", self._data), ("toastError", self._error),
             ("toastErrorAlarm", self._alarm), ("fluidncConfig", self._configured),
-            ("grbl", self._names),
         ):  # fmt: skip
             sio.on(event, take)
         try:
@@ -167,21 +164,20 @@ class Control:
             raise Lost(self.lost)
         return self.view
 
-    async def attach(self) -> bool:
+    async def attach(self) -> None:
         """Make CONTROL open our port if it has none open; raises OSError. Opening boots the controller.
 
-        Returns whether it was opened.
         CONTROL closes it again if it has heard no banner after 2 s.
         """
         view = self.view
         if view is not None and view.connection not in (NONE, OPENING):
             if self._is_ours(view):
-                return False
+                return
             raise OSError(
                 f"OpenBuilds CONTROL at {self.url} has {view.active_port} open, not "
                 f"{self._port_name()}; disconnect it there, or correct `port` in the lab"
             )
-        before, self._named = self.boots, False
+        before = self.boots
         if view is None or view.connection == NONE:
             self._asks_reset()
             await self.emit("connectTo", self.port)
@@ -197,16 +193,19 @@ class Control:
                 f"OpenBuilds CONTROL at {self.url} has closed {self._port_name()} again: nothing on it "
                 f"responded in time; is the controller switched on, and is this its port?"
             )
-        return True
 
     async def first_report(self) -> None:
-        """Wait for what CONTROL does two seconds after it has opened a port."""
-        if not await self.until(lambda: self._named or bool(self.lost), PORT_S) or self.lost:
-            return
-        await asyncio.sleep(FIRST_S)
-        if self.view is not None and "R" in self.view.pins:
-            self._asks_reset()
-            await asyncio.sleep(PRESSED_S)
+        """Wait for the first report since CONTROL was started, two seconds after it has opened the port.
+
+        Where that tells of a reset button, CONTROL stops the board: `!`, and a reset 0.2 s later.
+        """
+        before, self._starting = self.boots, True
+        try:
+            await self.until(lambda: bool(self.lost) or self.look().run != PENDING, PORT_S)
+            if self.view is not None and "R" in self.view.pins:
+                await self.until(lambda: self.boots > before, RESET_S)
+        finally:
+            self._starting = False
 
     def _port_open(self) -> bool:
         return self.view is not None and self.view.connection not in (NONE, OPENING)
@@ -271,7 +270,7 @@ class Control:
         self.view = view
         if view.connection == ALARM and (before is None or before.connection != ALARM):
             # The toast that names it comes at about the same time, or never (alarm 5).
-            asyncio.get_running_loop().call_later(0.3, self._unnamed)
+            asyncio.get_running_loop().call_later(UNNAMED_S, self._unnamed)
         if view.connection == NONE and before is not None and before.connection != NONE:
             self._not_trusted("the port was lost (unplugged?). Home it when it is back")
             self.proofs.fail(Lost("OpenBuilds CONTROL lost the port; is the cable plugged in?"))
@@ -279,18 +278,18 @@ class Control:
 
     def _unnamed(self) -> None:
         """An error or alarm shown by `connectionStatus` alone; a board locked since its boot has none."""
-        if self.view is not None and self.view.connection == ALARM and not self.alarm:
-            if self.view.run == "Alarm" and not self.view.alarm:
+        if self._sio is not None and self.view is not None and self.view.run == RUNNING:
+            # A command was queued since: until the next report nothing is known of the board.
+            asyncio.get_running_loop().call_later(UNNAMED_S, self._unnamed)
+        elif self.view is not None and self.view.connection == ALARM and not self.alarm:
+            unhomed = "" if self.kind.unhomed is None else str(self.kind.unhomed)
+            if self.view.run == "Alarm" and self.view.alarm.partition(" ")[0] in ("", unhomed):
                 self.homed = False
                 return
             said = self.view.alarm.rstrip(".") or "it did not report which"
             self._not_trusted(f"OpenBuilds CONTROL reports an error or alarm: {said}. Unlock it")
             self.proofs.fail(MotionFault(f"OpenBuilds CONTROL reports an error or alarm ({said})"))
             self._condition.set()
-
-    def _names(self, _: Any = None) -> None:
-        self._named = True
-        self._condition.set()
 
     def _ok(self, line: Any = "") -> None:
         self.proofs.answered(str(line))
@@ -315,7 +314,7 @@ class Control:
     def _booted(self) -> None:
         self.boots += 1
         now = asyncio.get_running_loop().time()
-        if now <= self._reset_until:
+        if self._starting or now <= self._reset_until:
             self._reset_until = now + AGAIN_S
         else:
             self._not_trusted(self.alarm or RESTARTED)

@@ -21,7 +21,7 @@ from ..grbl.settings import SCALE, TRAVEL, Settings, homes_at_of
 from ..motion.bench import LETTERS, Point, place_words, read_bench
 from ..motion.config import PLACING
 from ..motion.faults import Ended, HomingFailed, Lost, MotionFault, Restarted, Silent, WrongPlace
-from .control import Control
+from .control import PENDING, Control
 from .jog import jog_while
 from .stopping import stop
 from .view import ALARM, PAUSED, PLAYING, View
@@ -102,7 +102,7 @@ class OpenBuilds(GrblDialect):
             late = HomingFailed.too_long(seconds)
             await watch(control, answer, self._ended(goal), seconds=seconds, late=late)
             await control.ask("$$", SETTINGS_S)
-            settings = self._told_settings()
+            settings = await self._with_scale(self._told_settings())
             if unfit := _unfit(settings):
                 raise MotionFault(unfit)
             self._lay_out(settings)
@@ -135,7 +135,7 @@ class OpenBuilds(GrblDialect):
     async def _attach(self) -> None:
         """Open the port in CONTROL, and read the machine's settings."""
         control = self.control
-        opened = await control.attach()
+        await control.attach()
         if control.look().connection in (PLAYING, PAUSED):
             raise OSError(
                 f"{self._name()} is running another job; let it finish or stop it in the program"
@@ -147,18 +147,22 @@ class OpenBuilds(GrblDialect):
                 raise OSError(
                     f"{self._name()} does not report its settings (`$$`): {fault}"
                 ) from fault
-        settings = self._told_settings()
-        if settings.firmware.own_scale:
-            settings = replace(settings, homes_at=homes_at_of(await self._ask_configuration()))
+        settings = await self._with_scale(self._told_settings())
         if unfit := _unfit(settings):
             raise OSError(f"{self._name()}: {unfit}")
         self._lay_out(settings)
-        if opened:  # and booted
+        if control.look().run == PENDING:
             await control.first_report()
         else:
-            control.unsettle()
+            control.unsettle()  # opening the port has booted the controller
         with contextlib.suppress(Lost):
             await control.view_at_rest()
+
+    async def _with_scale(self, settings: Settings) -> Settings:
+        """FluidNC's begins where its configuration says as it homes; another program may change that."""
+        if not settings.firmware.own_scale:
+            return settings
+        return replace(settings, homes_at=homes_at_of(await self._ask_configuration()))
 
     def _told_settings(self) -> Settings:
         """As the controller told them last, to whichever program has asked."""

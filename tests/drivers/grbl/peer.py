@@ -245,6 +245,8 @@ class Peer:
     def say(self, text):
         if self.silent or self.master is None:
             return
+        if self.fluid and text.startswith("ALARM:"):
+            self.say("[MSG:INFO: ALARM: in words]")
         for what, noise in self.garbles[:1]:
             if what in text:
                 text = text.replace(what, noise)
@@ -255,6 +257,8 @@ class Peer:
             data = self.noise + data
         if self._garbled():
             data = bytes((byte * 7 + 131) & 0xFF | 0x80 for byte in data)
+        if self.fluid and text.startswith("error:"):
+            data += b"[MSG:ERR: in words]\r\n"
         with contextlib.suppress(OSError, TypeError):
             os.write(self.master, data)
 
@@ -528,7 +532,8 @@ class Peer:
             letters = "VZ" if self.zero_where_homed else "V"
             kind = "4.0 FluidNC v4.0.5" if self.fluid else f"1.1{'f' if self.hal else 'h'}.20190830"
             self.say(f"[VER:{kind}:]")
-            self.say(f"[OPT:{letters},35,1024,3,0]" if self.hal else f"[OPT:{letters},15,128]")
+            buffers = ",35,1024,3,0" if self.hal else ",15,128"
+            self.say("[OPT:PHS]" if self.fluid else f"[OPT:{letters}{buffers}]")
             for name in HAL_SAYS if self.hal else ():
                 self.say(f"[{name}]")
             return self._ok(text)

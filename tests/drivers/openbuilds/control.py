@@ -103,9 +103,6 @@ class Control:
             },
         }
 
-    def _emit_later(self, seconds, event, data):
-        asyncio.get_running_loop().call_later(seconds, self._emit, event, data)
-
     def _emit(self, event, data):
         task = asyncio.get_running_loop().create_task(self.sio.emit(event, data))
         self._tasks.append(task)
@@ -127,8 +124,6 @@ class Control:
                 self.active = data["port"]
                 self.asks_from = asyncio.get_running_loop().time() + 0.3  # 2 s on the real one
             self.connection = 0 if self.file is None else 2
-            self.inputs = []
-            self._emit_later(0.2, "grbl", {"type": "grbl"})  # 2.1 s on the real one
             if self.gives_up_s:
                 await asyncio.sleep(self.gives_up_s)
                 self._close_port()
