@@ -16,6 +16,9 @@ from ..driver import ActionFailed, Place
 from .bridge import Values
 from .library import FAILED, Library, LibraryAction, LibraryConfig, Refused, last_of
 
+LOST = ("Connection", "Communication", "EOFError", "imeout")
+"""In the names of exceptions after which the instrument is of no use: websockets', Pyro's, RPyC's."""
+
 
 class PythonConfig(LibraryConfig):
     """The config of `driver: python`."""
@@ -81,10 +84,19 @@ class Python(Library):
         if isinstance(fault, (OSError, Refused)):
             return fault
         words = f"{type(fault).__name__}: {fault}"
-        for name, error in self.config.errors.items():
-            if error.answer is not None and self.pattern(error.answer).search(words):
-                return ActionFailed(name, f"{path}: {words}")
-        return ActionFailed("Failed", f"{path}: {words}")
+        named = self.named(LibraryAction(call=path), None, words)
+        if named is None and _is_lost(fault):
+            return fault
+        name = named[0] if named is not None else "Failed"
+        if name == "Lost":
+            return ConnectionError(words)
+        return ActionFailed(name, f"{path}: {words}")
+
+
+def _is_lost(fault: Exception) -> bool:
+    """Whether a class of a library's own says that there is no connection, or that nothing came."""
+    kinds = " ".join(one.__name__ for one in type(fault).__mro__)
+    return any(one in kinds for one in LOST)
 
 
 def _signature(method: Any) -> inspect.Signature | None:

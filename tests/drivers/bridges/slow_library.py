@@ -7,6 +7,14 @@ MOVING = threading.Event()
 """A move has begun."""
 
 
+class ConnectionClosed(Exception):
+    """As a library of its own has it: no OSError."""
+
+
+class Again(Exception):
+    """As ZeroMQ has it: nothing came in time, and the socket is of no use any more."""
+
+
 class LimitError(ValueError):
     """Where the library refuses, before anything moves."""
 
@@ -19,6 +27,12 @@ class Motor:
         self.moves = 0
         self._stopped = threading.Event()
         self.speed = Signal(1.0)
+        self.gauge = Signal(1.5)
+        self.gauge.alarm_severity = 3
+
+    def ask(self, fault):
+        self.moves += 1
+        raise {"closed": ConnectionClosed, "again": Again, "odd": RuntimeError}[fault](fault)
 
     def set(self, to, lasts):
         if to > 100:

@@ -74,6 +74,35 @@ def test_what_a_class_raises_is_an_error_that_the_lab_names(ask):
     assert speed == {"speed": 2.5}
 
 
+@pytest.mark.parametrize(
+    ("raised", "errors", "told", "calls"),
+    [
+        ("closed", {}, "Lost", 0),
+        ("again", {"Lost": {"answer": "^Again"}}, "Lost", 0),
+        ("again", {"Silent": {"answer": "^Again"}}, "Silent", 1),
+        ("closed", {"Shut": {"answer": "Closed", "happened": "no"}}, "Shut", 1),
+        ("odd", {}, "Failed", 1),
+    ],
+)
+def test_a_new_instrument_is_made_where_the_connection_is_gone(ask, raised, errors, told, calls):
+    """By the name of what is raised, or because the lab calls it `Lost`; its own name for it comes first."""
+    said = {
+        **MOTOR, "errors": errors,
+        "actions": {
+            "ask": {"call": "ask", "params": {"fault": {"type": "string"}}, "effect": "idempotent"},
+            "calls": {"get": "moves", "returns": {"calls": {"type": "integer"}}},
+            "stop": {"call": "stop", "effect": "idempotent"},
+        },
+    }  # fmt: skip
+
+    async def story(made):
+        with pytest.raises(ActionFailed, match=raised) as fault:
+            await made.method("ask")(GoalContext("run/1"), fault=raised)
+        return fault.value.name, await made.method("calls")(GoalContext("run/2"))
+
+    assert ask("python", said, story) == (told, {"calls": calls})
+
+
 @pytest.mark.parametrize("way", ["go", "hand_on"])
 def test_a_method_that_takes_no_names_is_given_its_values_in_the_order_of_the_lab(ask, way):
     async def story(made):
