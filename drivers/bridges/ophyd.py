@@ -11,10 +11,13 @@ from typing import Any, ClassVar
 
 from ...schemas.contract import Action
 from ..driver import ActionFailed
+from .answers import NoNumber
 from .bridge import Values
 from .library import FAILED, Library, LibraryConfig, Refused, instrument_class, last_of
 
 PACKAGE, NAME = "ophyd", "device"
+INVALID = 3
+"""EPICS' alarm severity of a value that means nothing: of a broken sensor, or of a device that is silent."""
 
 
 class OphydConfig(LibraryConfig):
@@ -54,7 +57,14 @@ class Ophyd(Library):
 
     def get(self, path: str) -> Any:
         signal = last_of(self._instrument, path)
-        return signal.get_value() if self.on_loop else signal.get()
+        if self.on_loop:
+            return self._read(path, signal)
+        found = signal.get()
+        return valid(path, found, getattr(signal, "alarm_severity", None))
+
+    async def _read(self, path: str, signal: Any) -> Any:
+        (reading,) = (await signal.read()).values()
+        return valid(path, reading["value"], reading.get("alarm_severity"))
 
     def set(self, path: str, value: Any) -> Any:
         return last_of(self._instrument, path).set(value)
@@ -86,6 +96,14 @@ def made_device(found: Any, prefix: str | None, options: dict[str, Any]) -> Any:
     if not callable(found):  # a device that its module has made, as `ophyd.sim.motor`
         return found
     return found(*([] if prefix is None else [prefix]), **{"name": NAME, **options})
+
+
+def valid(path: str, found: Any, severity: Any) -> Any:
+    """The value of a signal; raises NoNumber where EPICS itself says that it is none."""
+    if severity == INVALID:
+        words = f"EPICS marks {path} as INVALID, and its {found!r} means nothing"
+        raise NoNumber("NotANumber", f"{words}; look at its sensor and at its cable")
+    return found
 
 
 def readings(found: Any, name: str) -> Any:
