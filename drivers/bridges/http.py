@@ -114,6 +114,7 @@ class Http(Bridge):
             more["data"] = fill(said.text, **put)
         known = {n: t for n, t in config.headers.items() if self.known or not WHOLE.search(t)}
         headers = {name: fill(one, self.known, {}, "") for name, one in known.items()}
+        headers |= {name: fill(one, **put) for name, one in said.headers.items()}
         if config.user is not None and not config.digest:
             basic = b64encode(f"{config.user}:{config.password}".encode()).decode()
             headers = {"Authorization": f"Basic {basic}", **headers}

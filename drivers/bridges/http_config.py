@@ -31,6 +31,7 @@ class HttpAction(ActionConfig):
     body: Any = None
     form: dict[str, Any] | None = None
     text: str | None = None
+    headers: dict[str, str] = Field(default_factory=dict)
     answer: Pattern | None = None
 
     @model_validator(mode="after")
@@ -46,7 +47,7 @@ class HttpAction(ActionConfig):
         return "pure" if self.get is not None and self.returns else "once"
 
     def used(self) -> Iterator[tuple[str, str]]:
-        for key in (*METHODS, "body", "form", "text"):
+        for key in (*METHODS, "body", "form", "text", "headers"):
             yield from texts(key, getattr(self, key))
         for schema in self.returns.values():
             yield "returns", str(schema.get("at", ""))

@@ -163,7 +163,7 @@ def test_an_answer_that_is_no_number_has_a_name(peer, ask):
 
 
 def test_what_is_no_plain_json(peer, ask):
-    """A place with a parameter in it, XML, a file, codes and tenths, a form from somebody with a password."""
+    """A place with a parameter in it, XML, a file, codes and tenths, a form with headers and a password."""
     odd = {"type": "string"}
     said = config(peer("http_peer.py").where, abort=None, user="ada", password="x")
     said["actions"] = {
@@ -190,8 +190,12 @@ def test_what_is_no_plain_json(peer, ask):
         },
         "enter": {
             "post": "/enter", "form": {"mode": "{mode}", "go": True},
+            "headers": {"If-Match": "v{mode}", "Idempotency-Key": "{goal}"},
             "params": {"mode": {"words": {"fast": "F"}}},
-            "returns": {"mode": {**odd, "at": "form.mode"}, "go": {**odd, "at": "form.go"}, "who": odd},
+            "returns": {
+                "mode": {**odd, "at": "form.mode"}, "go": {**odd, "at": "form.go"}, "who": odd,
+                "match": odd, "key": odd,
+            },
         },
     }  # fmt: skip
 
@@ -208,7 +212,8 @@ def test_what_is_no_plain_json(peer, ask):
 
     assert told == [
         {"x": 2}, {"t": 21.5}, {"t": 21.5}, {"mode": "busy", "t": 25.3}, {"t": 37.0},
-        {"mode": "F", "go": "true", "who": "Basic YWRhOng="}, {"picture": "picture.bin"},
+        {"mode": "F", "go": "true", "who": "Basic YWRhOng=", "match": "vF", "key": "run/x/1"},
+        {"picture": "picture.bin"},
     ]  # fmt: skip
     assert picture == b"PNG"
 
@@ -319,10 +324,12 @@ def test_what_is_done_when_nobody_is_logged_in_needs_a_login():
 
 
 def test_a_header_that_nothing_fills_is_told():
-    said = HttpConfig(url="http://a", headers={"X-Key": "{key}"}, actions={"x": {"get": "/"}})
+    put = {"put": "/", "headers": {"If-Match": "{tag}"}}
+    said = HttpConfig(url="http://a", headers={"X-Key": "{key}"}, actions={"x": put})
 
-    assert [fault.message for fault in said.faults(said.contract("x@1"), apart=False)] == [
-        "{key}: nothing says it; what a `login` returns may stand here"
+    assert sorted(fault.message for fault in said.faults(said.contract("x@1"), apart=False)) == [
+        "{key}: nothing says it; what a `login` returns may stand here",
+        "{tag}: the action has no parameter 'tag'; its parameters: none",
     ]
 
 

@@ -86,8 +86,10 @@ async def note(request):
 
 async def enter(request):
     """A form, and who sends it."""
-    form, who = await request.post(), request.headers.get("Authorization", "")
-    return web.json_response({"form": dict(form), "who": who})
+    form, given = await request.post(), request.headers
+    names = {"who": "Authorization", "match": "If-Match", "key": "Idempotency-Key"}
+    told = {one: given.get(name, "") for one, name in names.items()}
+    return web.json_response({"form": dict(form), **told})
 
 
 async def log_in(request):
