@@ -1,6 +1,5 @@
 """The evidence for each element, in text and numbers that can be checked on the spectrum."""
 
-from dataclasses import dataclass
 from math import lgamma, log
 from typing import Literal, NamedTuple
 
@@ -29,8 +28,7 @@ MANY, IN_PLACE, IN_AREA = 20, 2.0, 1.5
 TERMS = 60  # of the sum of Poisson's law
 
 
-@dataclass(frozen=True, slots=True)
-class Evidence:
+class Evidence(NamedTuple):
     """status by score (ln of the odds, prior included). Lines are those that should stand out.
 
     lines_matched of lines_expected have a peak. line_nm, area, area_error: the strongest matched

@@ -119,8 +119,9 @@ def _known(before: tuple[IntArray, VoigtPeaks] | None) -> _Known:
     )
 
 
+NONE = np.empty(0)
 NOTHING_KNOWN = _Known(
-    np.empty(0, np.int64), *np.empty((4, 0)), np.empty((0, PER_PEAK, PER_PEAK)), np.empty(0),
+    np.empty(0, np.int64), NONE, NONE, NONE, NONE, np.empty((0, PER_PEAK, PER_PEAK)), NONE,
     np.empty(0, np.bool_),
 )  # fmt: skip
 
@@ -153,7 +154,8 @@ def fit_peaks(
         x, y, np.ascontiguousarray(noise, dtype=np.float64), channels, slit, _known(before),
         _known(start),
     )  # fmt: skip
-    return VoigtPeaks(*fitted, covariance, chi2, settled)
+    area, centre_nm, sigma_nm, gamma_nm = fitted
+    return VoigtPeaks(area, centre_nm, sigma_nm, gamma_nm, covariance, chi2, settled)
 
 
 def among(some: IntArray, channels: IntArray) -> BoolArray:

@@ -22,6 +22,7 @@ from .plot_fit import (
     LEAST_LN_NE,
     MOST_LN_NE,
     OUTLIER,
+    as_thin,
     gauss_newton,
     trust,
     widest,
@@ -183,7 +184,7 @@ def fit_plot(
     knot, part = np.zeros(n, np.int64), np.zeros(n)
     if n_knots:
         knot, part = between(bend.knots_nm, lines.vacuum_nm)
-    p, toward, prior = _start(lines, which, seen, density, start_k, bend.start, knot, part)
+    p, toward, prior = _start(lines, names, which, seen, density, start_k, bend.start, knot, part)
     thin, kept, residual, weight = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     sigma = np.sqrt(lines.error**2 + CALIBRATION**2)
     a = atoms()
@@ -259,13 +260,15 @@ def _rows(lines: PlotLines, which: IntArray):
     )  # fmt: skip
 
 
-def _start(lines: PlotLines, which, seen, density: Known, start_k: float, gain, knot, part):
+def _start(lines: PlotLines, names, which, seen, density: Known, start_k: float, gain, knot, part):
     """Initial parameters, their priors, and the priors' weights (1 / variance)."""
     ne = float(np.exp(density.mean))
-    thin = lines.thin(start_k, ne)
-    says = np.where(seen, 1.0, 1e-6)
+    a, says = atoms(), np.where(seen, 1.0, 1e-6)
     level = 0.0 if not len(gain) else (1.0 - part) * gain[knot] + part * gain[knot + 1]
-    scale = np.bincount(which, says * (lines.log_area - level - thin)) / np.bincount(which, says)
+    thin, scale = as_thin(
+        float(np.log(start_k)), density.mean, lines.log_area - level, says, which,
+        _rows(lines, which), names, (a.log_u, GRID_K, a.limit_ev),
+    )  # fmt: skip
     depth = log_depth_of_unit(lines.vacuum_nm, lines.width_nm * ne / 1e17, start_k)
     opacity = np.log(0.5) - np.max((thin + scale[which] + depth)[seen])
     p = np.concatenate([[np.log(start_k), density.mean, opacity], scale, gain])

@@ -229,6 +229,26 @@ def gauss_newton(
 
 
 @kernel
+def as_thin(log_kelvin, log_density, log_area, says, which, rows, names, tables):
+    """ln of each line's thin area for one atom, (n,), and of the amount of each of `names`, the mean
+    over its lines, which count as much as they say; rows, tables: as of `gauss_newton`."""
+    log_u, grid_k, limit_ev = tables
+    row_entry, row_which, row_ion, row_log_ga, row_e_k = rows
+    n, k, p = len(log_area), len(names), np.empty(2)
+    p[0], p[1] = log_kelvin, log_density
+    held, ions, heat, thin = np.empty((k, 2)), np.empty(k), np.empty((k, 2)), np.empty(n)
+    states(names, log_u, grid_k, limit_ev, p, held, ions, heat)
+    thin_areas(row_entry, row_which, row_ion, row_log_ga, row_e_k, held, np.exp(p[0]), thin)
+    amount, said = np.zeros(k), np.zeros(k)
+    for i in range(n):
+        amount[which[i]] += says[i] * (log_area[i] - thin[i])
+        said[which[i]] += says[i]
+    for e in range(k):
+        amount[e] /= said[e]
+    return thin, amount
+
+
+@kernel
 def widest(values, which, k):
     """The widest range of the values of one kind; which: 0 to k - 1, (n,)."""
     low, high, most = np.full(k, np.inf), np.full(k, -np.inf), 0.0
