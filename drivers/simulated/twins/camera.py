@@ -1,5 +1,6 @@
 """A pair of simulated eyes: where they are, what lies before them, and the pictures they take."""
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ...cameras.vision.board import Board
@@ -24,7 +25,6 @@ class Eyes:
     """Read a twin's configuration; raises ValueError if it is invalid."""
 
     def __init__(self, config: dict[str, Any], world: World, seed: int) -> None:
-        self.rig = Rig(Intrinsics.ideal(WIDTH, HEIGHT, FOCAL_PX), BASELINE_MM)
         self.world, self.seed = world, seed
         self.gantry = config.get("gantry")
         self.mount = _filled("place", config.get("place"), CARRIED if self.gantry else STANDING)
@@ -33,6 +33,11 @@ class Eyes:
             tuple(Stone(*map(float, stone)) for stone in config.get("stones") or []),
             int(config.get("core", 3)),
         )
+
+    @cached_property
+    def rig(self) -> Rig:
+        """The eyes themselves: a lab that is checked, as for each report, needs none, and no numpy."""
+        return Rig(Intrinsics.ideal(WIDTH, HEIGHT, FOCAL_PX), BASELINE_MM)
 
     def carriage_mm(self) -> list[float]:
         """Where the gantry truly holds the eyes; zero for those that stand still."""
