@@ -3,7 +3,7 @@
 An export on one even axis shows no seam in the pitch of its channels; the continuum jumps all the
 same where one detector ends and another begins, within a channel, and stays there. A line's foot
 rises as fast, and comes back; a crowd of lines may look like a step, which costs little: the response
-may jump there, and need not.
+may jump there, and need not. An export cut at zero has no such light (see `steps_by_lines`).
 """
 
 import numpy as np
@@ -20,6 +20,7 @@ PART = 0.2  # of the light there, that a jump must be
 STAYS = 0.5  # part of the jump that is left farther away
 SHARP = 8.0  # times the usual change there
 MOST = 5
+CUT = 0.5  # of the blocks with nothing between the lines: elsewhere there are only their feet
 
 
 def gain_steps(x: FloatArray, counts: FloatArray) -> FloatArray:
@@ -30,6 +31,8 @@ def gain_steps(x: FloatArray, counts: FloatArray) -> FloatArray:
         return np.empty(0)
     place = int(LOW * width)
     low = np.partition(counts[: blocks * width].reshape(blocks, width), place, axis=1)[:, place]
+    if np.mean(low <= 0.0) > CUT:
+        return np.empty(0)
     at = np.arange(FAR, blocks - FAR + 1)
     one, two, three = low[:-2], low[1:-1], low[2:]  # NEAR of them
     near = np.maximum(np.minimum(one, two), np.minimum(np.maximum(one, two), three))

@@ -39,6 +39,7 @@ from .match import Matched, match_lines
 from .offsets import Offsets, estimate_offsets, seams
 from .plot_lines import lines_of_entries, plot_lines
 from .response import Missing, find_response
+from .steps_by_lines import steps_by_lines
 
 FIRST_K = (8_500.0, 10_500.0, 13_000.0)
 FIRST_DENSITY = 1e17
@@ -152,6 +153,9 @@ def identify(
     stepped = not len(seams_nm)
     if stepped:
         seams_nm = gain_steps(x, profiles.counts)
+        if plot is not None:
+            loose = _level_bend(_range(x), tuple(seams_nm.tolist()), LOOSE)
+            seams_nm = np.sort(np.append(seams_nm, steps_by_lines(every, plot, loose)[0]))
         stepped = len(seams_nm) > 0
     if stepped or not fits:
         loose = _level_bend(_range(x), tuple(seams_nm.tolist()), LOOSE)
@@ -164,7 +168,7 @@ def identify(
         gain = response.at(expected.vacuum_nm)
         lines = plot_lines(peaks, known, expected.log_area, matched, indexed, gain)
         missing = missing_lines(known, expected, matched, indexed)
-        loose = replace(loose, start=response.log_gain, found=True)
+        loose = replace(loose, start=response.log_gain)
         plot = fit_plot(lines, density, start_k, ROUGH_STEPS, loose, missing)
         response = response if plot is None else plot.response
 
@@ -197,10 +201,8 @@ def identify(
         if abs(offsets.place(H_ALPHA_NM) - hydrogen_at) > MOVED_NM:
             hydrogen = h_alpha(x, profiles.counts, profiles, offsets)
             hydrogen_at = offsets.place(H_ALPHA_NM)
-        bend, missing = level, None
-        if response is not None:
-            bend = replace(loose, start=response.log_gain)
-            missing = missing_lines(known, expected, matched, indexed)
+        bend = level if response is None else replace(loose, start=response.log_gain)
+        missing = missing_lines(known, expected, matched, indexed)
         free = bend
         if last and response is not None:
             free = replace(bend, stiff=stiffness(bend.knots_nm, seams_nm, OPEN))
@@ -208,6 +210,15 @@ def identify(
         plot = fit_plot(lines, known_density(hydrogen), kelvin, STEPS, free, missing, last)
         if response is not None and plot is not None:
             response = plot.response
+        if response is not None and not last and plot is not None:
+            every = plot_lines(peaks, known, effective, matched, indexed, gain, ANY)
+            more, rise = steps_by_lines(every, plot, bend)
+            if len(more):
+                seams_nm = np.sort(np.append(seams_nm, more))
+                loose = _level_bend(_range(x), tuple(seams_nm.tolist()), LOOSE)
+                at = loose.knots_nm
+                start = response.at(at) + (at[:, None] > more) @ rise
+                response = Response(at, start, response.error_at(at))
     if plot is not None and plot.response is not None:
         by = plot.response.at(lines.vacuum_nm)
         lines = replace(lines, log_area=lines.log_area - by)

@@ -14,8 +14,8 @@ import numpy as np
 
 from ..spectrum.curve import median
 from ..spectrum.kernel import kernel
-from ..spectrum.spectrum import FloatArray, IntArray
-from .growth import growth_table, log_depth_of_unit
+from ..spectrum.spectrum import BoolArray, FloatArray, IntArray
+from .growth import growth_table, log_depth_of_unit, log_kept
 from .plot_fit import (
     COOLEST_K,
     HOTTEST_K,
@@ -35,13 +35,17 @@ USUAL_LOG_NE, USUAL_NE_SPREAD = float(np.log(8e16)), 1.2
 CALIBRATION = 0.08  # of ln(area): efficiency, background, the model itself
 # What one zone in equilibrium lacks, as a part of T: at all, and for each e-fold of light that the
 # thicker lines lost. Measured on spectra of one and two zones, half of them (benchmarks/intervals.py).
-UNIFORM, THICK = 0.015, 0.035
+UNIFORM, THICK = 0.012, 0.035
+# The same for each unit of ln(area) by which lines scatter beyond their errors: what makes them do so (an
+# echelle's orders) is alike in lines that lie together, and hides the faint ones of high levels.
+UNLIKE = 0.08
 MOST_BY_GAIN = 0.96  # of the variance of ln(temperature), that the response's freedom may make
 LEAST_SLOPE = 0.2  # of the lines' mean influence
 FEW = 10.0  # lines, by which the scatter of the others is taken to be as their errors say
 FAR, USUAL_SQUARE = 9.0, 0.995  # z^2 of an outlier; mean of z^2 of a normal law, at most FAR each
 MOST_MISFIT, HALVINGS = 2.0, 12  # of ln(area)
 STEPS = 10
+BESIDE = np.array([0.01, 0.05, 0.05])  # of ln T, ln n_e and opacity, for differences
 LEAST_LINES = 4
 LEAST_SPREAD_EV = 0.8
 
@@ -72,6 +76,14 @@ class PlotLines:
         pairs["entry"] = self.entry, other.entry + len(self)
         return PlotLines(*(np.concatenate(pair) for pair in pairs.values()))
 
+    def where(self, chosen: BoolArray) -> "PlotLines":
+        """Some of the lines; chosen: (n,)."""
+        values = {name: getattr(self, name) for name in self.__slots__}
+        each = {name: values[name][chosen] for name in values if name not in ("rows", "entry")}
+        own = chosen[self.entry]
+        entry = (np.cumsum(chosen) - 1)[self.entry[own]]
+        return PlotLines(rows=self.rows[own], entry=entry, **each)
+
     def __len__(self) -> int:
         return len(self.log_area)
 
@@ -99,9 +111,9 @@ class Plot:
     shape (e,), NaN where it has no line. kept: part of its light that each line kept. residual:
     ln(area) minus the model. flags: warnings for the user. response: None where a fixed one was
     assumed. names, covariance: elements of the plot, (k,), and the covariance of ln of their
-    amounts, (k, k), all else unknown. scatter: what their variances are times those of `covariance`, by
-    what the lines really scatter (see `scatter`). blind: by how much larger the error of ln(temperature)
-    is than it were if the response were known: so much more of what the model lacks goes into it.
+    amounts, (k, k), all else unknown. by_scatter: the same by what the lines really scatter (see
+    `scatter`). blind: by how much larger the error of ln(temperature) is than it were if the response
+    were known: so much more of what the model lacks goes into it.
     """
 
     temperature_k: float
@@ -117,7 +129,7 @@ class Plot:
     response: Response | None
     names: IntArray
     covariance: FloatArray
-    scatter: float
+    by_scatter: FloatArray
     blind: float
 
     @property
@@ -148,12 +160,11 @@ class Known:
 @dataclass(frozen=True, slots=True, eq=False)
 class Bend:
     """The response beforehand: knots (vacuum nm) and where to begin from, (k,); stiff: the inverse
-    of its covariance, (k, k). found: whether lines told it."""
+    of its covariance, (k, k)."""
 
     knots_nm: FloatArray
     start: FloatArray
     stiff: FloatArray
-    found: bool = False
 
 
 def fit_plot(
@@ -188,7 +199,7 @@ def fit_plot(
     thin, kept, residual, weight = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     sigma = np.sqrt(lines.error**2 + CALIBRATION**2)
     a = atoms()
-    rows, chi2 = _rows(lines, which), None
+    rows, chi2, more = _rows(lines, which), None, 0.0
     while True:
         covariance = gauss_newton(
             p,
@@ -202,7 +213,7 @@ def fit_plot(
         )  # fmt: skip
         plot = _as_plot(
             p, covariance, kept[:n_seen], residual[:n_seen], sigma[:n_seen], own, names,
-            which[:n_seen], bend,
+            which[:n_seen], bend, prior, more,
         )  # fmt: skip
         if chi2 is not None:
             return replace(plot, chi2=chi2)
@@ -252,6 +263,43 @@ def scatter(z, free):
     return float((FEW + free * own) / (FEW + free))
 
 
+def slopes(
+    lines: PlotLines, plot: Plot, bend: Bend
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """The plot made straight where it is. Residuals of any lines of its elements, (n,), and how their
+    ln(area) grows with ln T, ln n_e, opacity, amounts and the response's knots, (n, p); the inverse of the
+    parameters' covariance beforehand, (p, p), and the gradient that the response's own has there, (p,)."""
+    which = np.searchsorted(plot.names, lines.element)
+    k, n_knots = len(plot.names), len(bend.knots_nm)
+    at = np.array([np.log(plot.temperature_k), plot.log10_ne * np.log(10), plot.log_opacity])
+    # One step of each, all at once.
+    at = at[:, None] + np.eye(3, 4, 1) * BESIDE[:, None]
+    kelvin, density, opacity = np.exp(at[0]), np.exp(at[1]), at[2]
+    thin = lines.thin(kelvin, density) + plot.log_scale[lines.element]
+    depth = [
+        log_depth_of_unit(lines.vacuum_nm, lines.width_nm * ne / 1e17, t)
+        for t, ne in zip(kelvin, density, strict=True)
+    ]
+    log_area = thin + log_kept(opacity[:, None] + thin + np.array(depth))
+    slope, rows = np.zeros((len(lines), 3 + k + n_knots)), np.arange(len(lines))
+    slope[:, :3] = ((log_area[1:] - log_area[0]) / BESIDE[:, None]).T
+    slope[rows, 3 + which] = 1.0 + slope[:, 2]
+    prior = np.diag(np.concatenate([
+        [1 / USUAL_SPREAD**2, 1 / USUAL_NE_SPREAD**2, 0.05], np.full(k + n_knots, 1e-9)
+    ]))  # fmt: skip
+    residual, off = lines.log_area - log_area[0], np.zeros(3 + k + n_knots)
+    if n_knots:
+        knot, part = between(bend.knots_nm, lines.vacuum_nm)
+        slope[rows, 3 + k + knot] = 1.0 - part
+        slope[rows, 4 + k + knot] = part
+        prior[3 + k :, 3 + k :] += bend.stiff
+        if plot.response is not None:
+            gain = plot.response.at(bend.knots_nm)
+            residual -= slope[:, 3 + k :] @ gain
+            off[3 + k :] = -bend.stiff @ gain
+    return residual, slope, prior, off
+
+
 def _rows(lines: PlotLines, which: IntArray):
     a = atoms()
     return (
@@ -278,15 +326,19 @@ def _start(lines: PlotLines, names, which, seen, density: Known, start_k: float,
     return p, toward, prior
 
 
-def _as_plot(p, covariance, kept, residual, sigma, lines, names, which, bend: Bend) -> Plot:
+def _as_plot(
+    p, covariance, kept, residual, sigma, lines, names, which, bend: Bend, prior, more
+) -> Plot:  # fmt: skip
     say = trust(residual / sigma)
     k, n_knots = len(names), len(bend.knots_nm)
     free = max(float(say.sum()) - (3 + k) + 1.0, 1.0)  # the priors know one of the parameters
     chi2 = float(np.sum(say * (residual / sigma) ** 2) / free)
-    # A response that was found bends to the lines: how well they agree does not tell how well it is known.
-    by_lines = 1.0
-    if not bend.found:
-        by_lines = scatter(residual / sigma, len(lines) - (3 + k) + 1.0) / max(chi2, 1.0)
+    # A response that was found bends to the lines, and takes as many of them as it has freedom from what is
+    # known beforehand.
+    bends = n_knots - float(np.sum(bend.stiff * covariance[3 + k :, 3 + k :]))
+    by_scatter = _scattered(
+        covariance, prior, bend.stiff, scatter(residual / sigma, len(lines) - (3 + k) + 1.0 - bends)
+    )  # fmt: skip
     covariance = covariance * max(chi2, 1.0)
     error = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     scale = np.full(len(atoms().elements), np.nan)
@@ -307,18 +359,26 @@ def _as_plot(p, covariance, kept, residual, sigma, lines, names, which, bend: Be
         middle = np.eye(n_knots) - 1.0 / n_knots
         own = middle @ covariance[3 + k :, 3 + k :] @ middle
         response = Response(bend.knots_nm, p[3 + k :], np.sqrt(np.maximum(np.diag(own), 0.0)))
-    lack = blind * np.hypot(UNIFORM, THICK * _lost(part))
-    by_heat = float(np.sqrt(by_lines * error[0] ** 2 + lack**2))
+    lack = np.hypot(blind * np.hypot(UNIFORM, THICK * _lost(part)), UNLIKE * more)
+    by_heat = float(np.sqrt(max(by_scatter[0, 0], 0.0) + lack**2))
     plot = Plot(
         kelvin, kelvin * by_heat, float(p[1] / np.log(10)), float(error[1] / np.log(10)),
         float(p[2]), scale, part, residual, chi2, tuple(flags), response, names,
-        covariance[3 : 3 + k, 3 : 3 + k], by_lines, blind,
+        covariance[3 : 3 + k, 3 : 3 + k], by_scatter[3 : 3 + k, 3 : 3 + k], blind,
     )  # fmt: skip
     if plot.temperature_at_bound:
         flags.append("the lines do not tell the temperature")
     if plot.density_at_bound:
         flags.append("the lines do not tell the density")
     return replace(plot, flags=tuple(flags))
+
+
+def _scattered(covariance: FloatArray, prior, stiff: FloatArray, scale: float) -> FloatArray:
+    """A covariance whose lines scatter by `scale` times the variance; what is known beforehand stays."""
+    known = np.diag(prior)
+    known[len(known) - len(stiff) :, len(known) - len(stiff) :] += stiff
+    told = np.linalg.inv(covariance) - known
+    return np.linalg.inv(told / scale + known)
 
 
 def _lost(kept: FloatArray) -> float:

@@ -18,23 +18,30 @@ NO_CATIONS = frozenset((
 SPAN = 0.35  # of the temperature, to either side
 N_GRID = 61
 # What one zone in equilibrium lacks: elements shine brightest in different parts of the plasma, whose
-# temperatures differ by so much of ln(T). Measured on spectra of one and two zones with all vices of
-# instruments (benchmarks/intervals.py), as what makes the errors of the share right. In thick plasmas
-# they differ as T itself is wrong there.
-APART = 0.03
+# temperatures differ by so much of ln(T), lithium's from all others'; in thick plasmas as T itself is wrong
+# there, and each element's from each other's by so much for each e-fold of light that the thicker lines lost
+# (a cool shell takes light of some, and gives some of its own to others). Measured on spectra of one and two
+# zones with all vices of instruments (benchmarks/intervals.py), as what makes the errors of the share right.
+APART, EACH = 0.02, 0.06
 # The same of ln of any one element's amount: at all, and for each e-fold of light that its lines lost.
 UNIFORM, THICK = 0.08, 0.4
 HEAT_STEP = 0.01  # of ln(T), for slopes
+MOST_LOGIT = 12.0  # nothing is told
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LithiumShare:
-    """share of all cations whose lines are in the plot, with its standard error, at the plasma's
-    temperature."""
+    """share of all cations whose lines are in the plot, at the plasma's temperature, with its standard error.
+
+    low, high: one standard error of logit(share) to either side, which keeps them within 0 to 1;
+    share_error: half of what is between them.
+    """
 
     share: float
     share_error: float
     elements: tuple[str, ...]
+    low: float
+    high: float
 
 
 class ShareCurve(NamedTuple):
@@ -57,10 +64,12 @@ def lithium_share(lines: PlotLines, plot: Plot) -> LithiumShare | None:
     if plot.temperature_at_bound or not np.any(names[lines.element] == "Li"):
         return None
     share = _share(lines, plot, plot.temperature_k, 10**plot.log10_ne)
-    error = min(share * _relative_error(lines, plot), max(share, 1.0 - share))
+    by = float(np.exp(min(_logit_error(lines, plot), MOST_LOGIT)))
+    odds = share / max(1.0 - share, 1e-12)
+    low, high = odds / (odds + by), odds / (odds + 1.0 / by)
     there, _ = present(lines.element)
     found = tuple(str(names[e]) for e in there[cations(there)])
-    return LithiumShare(share, error, found)
+    return LithiumShare(share, 0.5 * (high - low), found, low, high)
 
 
 def share_curve(lines: PlotLines, plot: Plot) -> ShareCurve:
@@ -92,16 +101,20 @@ def _share(lines: PlotLines, plot: Plot, kelvin: float, density: float) -> float
     return float(amount[lithium[0]] / amount.sum())
 
 
-def _relative_error(lines: PlotLines, plot: Plot) -> float:
-    """Error of ln(share): lines, temperature, density, self-absorption and response, in one fit,
-    and of a plasma in which lithium's light and the others' are not equally hot."""
-    counted = cations(plot.names)
-    log_amount = np.where(counted, plot.log_scale[plot.names], -np.inf)
+def _logit_error(lines: PlotLines, plot: Plot) -> float:
+    """Error of ln(share / (1 - share)): lines, temperature, density, self-absorption and response, in one
+    fit, and of a plasma in which lithium's light and the others' are not equally hot."""
+    lithium = atoms().elements[plot.names] == "Li"
+    others = cations(plot.names) & ~lithium
+    if not others.any():
+        return MOST_LOGIT
+    log_amount = np.where(others, plot.log_scale[plot.names], -np.inf)
     parts = np.exp(log_amount - log_amount.max())
-    turn = np.where(atoms().elements[plot.names] == "Li", 1.0, 0.0) - parts / parts.sum()
-    fitted = max(plot.scatter * float(turn @ plot.covariance @ turn), 0.0)
-    apart = plot.blind * np.hypot(APART, THICK_BY_HEAT * plot.lost)
-    return float(np.sqrt(fitted + (apart * (turn @ _by_heat(lines, plot))) ** 2))
+    turn = lithium - parts / parts.sum()
+    heat = turn * _by_heat(lines, plot)
+    apart = plot.blind**2 * (APART**2 + (THICK_BY_HEAT * plot.lost) ** 2) * heat.sum() ** 2
+    each = (plot.blind * EACH * plot.lost) ** 2 * np.sum(heat**2)
+    return float(np.sqrt(max(turn @ plot.by_scatter @ turn, 0.0) + apart + each))
 
 
 def _by_heat(lines: PlotLines, plot: Plot) -> FloatArray:

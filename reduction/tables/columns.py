@@ -87,6 +87,8 @@ PLASMA = (
     number("log10_ne_err", decimals=3),
     number("li_cation_fraction", decimals=5),
     number("li_cation_fraction_err", decimals=5),
+    number("li_cation_fraction_low", decimals=5),
+    number("li_cation_fraction_high", decimals=5),
     text("method"),
     text("flags"),
 )

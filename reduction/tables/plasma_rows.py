@@ -13,6 +13,8 @@ def plasma_row(reduction: Reduction) -> Cells:
     share = {
         "li_cation_fraction": [None if lithium is None else lithium.share],
         "li_cation_fraction_err": [None if lithium is None else lithium.share_error],
+        "li_cation_fraction_low": [None if lithium is None else lithium.low],
+        "li_cation_fraction_high": [None if lithium is None else lithium.high],
     }
     if plasma is None:
         return {

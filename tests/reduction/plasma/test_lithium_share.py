@@ -21,11 +21,14 @@ def plot_with_lithium(share, kelvin=10_000.0, log_ne=17.0):
     return lines, fit_plot(lines, Known(log_ne * np.log(10), 0.1))
 
 
-@pytest.mark.parametrize("share", [0.01, 0.1, 0.5])
+@pytest.mark.parametrize("share", [0.01, 0.1, 0.5, 0.95])
 def test_the_share_of_lithium_is_what_was_put_in(share):
     found = lithium_share(*plot_with_lithium(share))
 
     assert found.share == pytest.approx(share, rel=0.25)
+    assert 0 < found.low < found.share < found.high < 1
+    below, above = found.share - found.low, found.high - found.share
+    assert (below < above) == (found.share < 0.5)  # the nearer bound is the nearer limit's
     assert abs(found.share - share) < 4 * found.share_error
     assert found.elements == ("Li", "Si")
 

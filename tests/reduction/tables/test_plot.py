@@ -25,6 +25,8 @@ def test_the_table_has_the_fraction_of_the_cations(with_lithium):
 
     assert row["li_cation_fraction"] == [found.share]
     assert row["li_cation_fraction_err"] == [found.share_error]
+    assert row["li_cation_fraction_low"] == [found.low] < [found.share]
+    assert row["li_cation_fraction_high"] == [found.high] > [found.share]
     assert not NO_CATIONS & set(found.elements)
 
 
