@@ -56,9 +56,6 @@ TWO_THICK = 0.5  # of what one zone lacks in thick lines, what two lack
 # (`rocks`), the others have its main elements within a factor of five; the lines say which.
 ROCKS, ELSE_SPREAD = 0.2, 1.6
 LEANS = 0.5  # of the error that the lines leave; an amount that this moves by more says so
-# Errors beside the spread of the draws, where two zones explain the lines: the cool one is allowed to be less
-# usual than those of made spectra are, on half of which this was counted.
-BESIDE_SPREAD = 0.9
 SURELY = 3.0  # ln of the odds that a level response and a cool part make the lines, and not another response
 NO_SEAMS = np.empty(0)
 MOST_SCATTER = 2.0  # of ln(area); a line further off is another's
@@ -270,9 +267,6 @@ def _of_zones(
         leans = rock & (
             abs(moved - np.median(moved[rock] if rock.any() else 0)) > LEANS * by_lines.std(axis=0)
         )
-    elif explained:
-        middle = drawn.mean(axis=0)
-        drawn = middle + BESIDE_SPREAD * (drawn - middle)
     return drawn, np.atleast_2d(np.cov(drawn.T)), beyond, leans
 
 
