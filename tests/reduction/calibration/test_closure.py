@@ -122,9 +122,12 @@ def test_lines_that_scatter_beyond_their_errors_make_amounts_unsure(core, monkey
         return sum(one.error or 0.0 for one in told.values())
 
     few, many = error(0.5), error(1.6)
+    monkeypatch.setattr(closure, "LESS_SURE", 1.0)
+    less = error(1.6)
     monkeypatch.setattr(closure, "NOT_EXPLAINED", 0.0)
 
     assert error(0.5) == few
+    assert less < many
     assert error(1.6) < many / 2
 
 
