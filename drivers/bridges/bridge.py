@@ -29,7 +29,7 @@ ABORTED_S = 2.0
 """How long an aborted action may take to end by itself; the server gives it 3 s."""
 STATUS_S = 1.5
 COUNT_S, COUNT_AGAIN_S = 45.0, 0.25
-"""How long a probe watches a count; it has 60 s."""
+"""How long a probe watches a count, or waits for an instrument that is out of reach; it has 60 s."""
 TURN = 3
 """How many times its `timeout` a device waits for a shared line; one that is silent has it for two."""
 PASSING = ("Busy", "DeviceBusy", "Lost", "Timeout")
@@ -387,13 +387,19 @@ class Bridge(Driver):
             return {"goal_id": None}
         clock = asyncio.get_running_loop().time
         needed_s = self.timeout_s(said)
-        until = clock() + min(needed_s, COUNT_S)
+        until, back = clock() + min(needed_s, COUNT_S), clock() + COUNT_S
         while True:
-            await self._be_ready(said.count)
-            now = await self._attempt(said.count, GoalContext(f"count:{begun['goal']}"), {})
-            happened = _by_count(begun["count"], now)
-            if happened != "no" or clock() >= until:
-                break
+            try:
+                await self._be_ready(said.count)
+                now = await self._attempt(said.count, GoalContext(f"count:{begun['goal']}"), {})
+            except ActionFailed as failure:
+                limit = back if failure.name == "Lost" else until  # it may be starting anew
+                if failure.name not in PASSING or clock() >= limit:
+                    raise
+            else:
+                happened = _by_count(begun["count"], now)
+                if happened != "no" or clock() >= until:
+                    break
             await asyncio.sleep(COUNT_AGAIN_S)
         if happened == "unknown" or (happened == "no" and needed_s > COUNT_S):
             return {"goal_id": None}

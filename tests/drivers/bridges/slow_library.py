@@ -50,6 +50,21 @@ class Motor:
         return {f"{self.name}_moves": {"value": self.moves, "timestamp": 0.0}}
 
 
+class Arm:
+    """It starts anew in the middle of a pick, which it has counted: twice it cannot be reached."""
+
+    picks, away = 0, 0
+
+    def __init__(self):
+        if Arm.away:
+            Arm.away -= 1
+            raise ConnectionRefusedError("nobody listens")
+
+    def pick(self):
+        Arm.picks, Arm.away = Arm.picks + 1, 2
+        raise ConnectionClosed("it hung up")
+
+
 class Signal:
     """A value that is read and set."""
 

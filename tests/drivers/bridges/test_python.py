@@ -103,6 +103,24 @@ def test_a_new_instrument_is_made_where_the_connection_is_gone(ask, raised, erro
     assert ask("python", said, story) == (told, {"calls": calls})
 
 
+def test_a_count_is_waited_for_while_the_instrument_starts_anew(ask, monkeypatch):
+    monkeypatch.setattr(slow_library.Arm, "picks", 7)
+    said = {
+        "instrument": "slow_library.Arm",
+        "actions": {
+            "picks": {"get": "picks", "returns": {"picks": {"type": "integer"}}},
+            "pick": {"call": "pick", "count": "picks"},
+        },
+    }
+
+    async def story(made):
+        with pytest.raises(ActionFailed, match="it hung up") as fault:
+            await made.method("pick")(GoalContext("run/1"))
+        return fault.value.happened, await made.method("last_once")(GoalContext("run/2"))
+
+    assert ask("python", said, story) == ("unknown", {"goal_id": "run/1"})
+
+
 @pytest.mark.parametrize("way", ["go", "hand_on"])
 def test_a_method_that_takes_no_names_is_given_its_values_in_the_order_of_the_lab(ask, way):
     async def story(made):
