@@ -135,15 +135,12 @@ def _at(scale, begin, end, lines, peaks, log_free, dark):
 
 
 @kernel
-def evidence_scores(first, lines, peaks, log_free, weight, scale, least):
-    """The weight and ln of the brightness of every element; first: where its lines begin.
-
-    weight, scale: from before; elements of less weight than `least` keep theirs.
-    """
-    weight, scale = weight.copy(), scale.copy()
-    for e in range(len(first) - 1):
-        if weight[e] >= least:
-            weight[e], scale[e] = evidence_score(first[e], first[e + 1], lines, peaks, log_free)
+def evidence_scores(first, lines, peaks, log_free):
+    """The weight and ln of the brightness of every element; first: where its lines begin."""
+    n = len(first) - 1
+    weight, scale = np.empty(n), np.empty(n)
+    for e in range(n):
+        weight[e], scale[e] = evidence_score(first[e], first[e + 1], lines, peaks, log_free)
     return weight, scale
 
 

@@ -14,7 +14,6 @@ from .match import Matched
 UNCERTAIN = 2.0  # weight, prior included
 # Where one element is certain, lines are what the peaks are; where none is, they may be anything.
 CERTAIN, DETECTED, DETECTED_ALONE = 10.0, 2.5, 5.5
-HOPELESS = -15.0  # weight at one temperature that no other makes good
 # Peaks, and the part of their light that is explained on an axis that is right.
 STRONGEST, ENOUGH = 25, 0.3
 MODEL_SPREAD = 0.35  # of ln(area): temperature, self-absorption, calibration
@@ -77,11 +76,9 @@ class Alone(NamedTuple):
     scale: FloatArray
 
     def at(self, catalogue: Catalogue, log_area: FloatArray, matched: Matched) -> "Alone":
-        """The same with other expected areas; what is hopeless is not weighed again."""
+        """The same with other expected areas."""
         lines = self.lines._replace(log_area=log_area)
-        scores = evidence_scores(
-            catalogue.first, lines, self.peaks, matched.log_peak, self.weight, self.scale, HOPELESS
-        )
+        scores = evidence_scores(catalogue.first, lines, self.peaks, matched.log_peak)
         return Alone(lines, self.peaks, *scores)
 
     def likelihood(self, least: float = UNCERTAIN) -> float:
@@ -101,10 +98,8 @@ def weigh_alone(
     lines, peaks = weighed(
         catalogue.low_ev, catalogue.uncertainty, log_area, matched, model_spread, unsure
     )
-    none = np.zeros(len(catalogue.first) - 1)
     return Alone(
-        lines, peaks,
-        *evidence_scores(catalogue.first, lines, peaks, matched.log_peak, none, none, -np.inf),
+        lines, peaks, *evidence_scores(catalogue.first, lines, peaks, matched.log_peak)
     )  # fmt: skip
 
 

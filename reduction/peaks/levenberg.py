@@ -1,8 +1,7 @@
 """Fit overlapping Voigt profiles on a straight line by Levenberg-Marquardt, analytic derivatives.
 
-Parameters: area, centre, sigma, gamma of each peak, then height and tilt of the line. A parameter
-that would cross its bound goes as far as that, and the step of the others allows for it; one that is
-at its bound and pushes outwards rests for a step.
+Parameters: area, centre, sigma, gamma of each peak, then height and tilt of the line. Bounds are
+kept by clipping the step; a parameter that is at its bound and pushes outwards rests for a step.
 (More, in Numerical Analysis, Lecture Notes in Mathematics 630 (1978), for the damping by scale.)
 """
 
@@ -15,13 +14,12 @@ PER_PEAK = 4  # area, centre, sigma, gamma
 PER_LINE = 2  # height, tilt
 ROOT_2 = float(np.sqrt(2.0))
 ROOT_2_PI = float(np.sqrt(2.0 * np.pi))
-MAX_STEPS, MOST_HELD = 60, 3
+MAX_STEPS = 60
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-9, 1e9
 EASE, PRESS = 0.15, 6.0  # what damping is multiplied by after a good and after a bad step
-# A gain in chi2 that is too small to matter, seen or expected of a step: a tenth of an error. Where the
-# profiles leave more than noise, so do all errors, and a gain is counted in as much.
-ENOUGH = 1e-2
-CROSSED = 1e-9  # of a step: less is rounding
+ENOUGH = 1e-2  # a gain in chi2 (in units of noise squared) too small to matter, and
+ENOUGH_RELATIVE = 1e-6  # the same as a part of chi2
+SURELY_ENOUGH = 1e-2  # a gain that is expected of a step and not looked at
 
 
 @kernel
@@ -148,49 +146,6 @@ def rest_at_bounds(p, lowest, highest, hessian, gradient):
             gradient[a] = 0.0
 
 
-@inner_kernel
-def bounded_step(p, lowest, highest, hessian, gradient, damping, damped, lower, right, step):
-    """Fill step, which crosses no bound, and return the gain in chi2 that it should bring; -1 for none.
-
-    hessian, damped and lower: their lower halves count.
-    """
-    n = len(p)
-    held = np.zeros(n, np.bool_)
-    for _ in range(MOST_HELD):
-        for a in range(n):
-            right[a] = gradient[a]
-            for b in range(a + 1):
-                damped[a, b] = hessian[a, b]
-            damped[a, a] *= 1.0 + damping
-        for a in range(n):
-            if not held[a]:
-                continue
-            for b in range(n):
-                right[b] -= hessian[max(a, b), min(a, b)] * step[a]
-                damped[max(a, b), min(a, b)] = 0.0
-            damped[a, a] = 1.0
-        for a in range(n):
-            if held[a]:
-                right[a] = step[a]
-        if not factorise(damped, lower):
-            return -1.0
-        solve(lower, right, step)
-        crossed = False
-        for a in range(n):
-            within = min(max(p[a] + step[a], lowest[a]), highest[a]) - p[a]
-            if within != step[a] and not held[a] and abs(step[a] - within) > CROSSED * abs(step[a]):
-                held[a], crossed = True, True
-            step[a] = within
-        if not crossed:
-            break
-    gain = 0.0
-    for a in range(n):
-        gain += step[a] * (2.0 * gradient[a] - hessian[a, a] * step[a])
-        for b in range(a):
-            gain -= 2.0 * step[a] * hessian[a, b] * step[b]
-    return max(gain, 0.0)
-
-
 @sum_kernel
 def cost(y, model, weight, p, toward, pull, residual):
     """chi2 with what the pulls cost; residual (m,) is filled."""
@@ -216,7 +171,7 @@ def fit(p, x, y, weight, toward, pull, lowest, highest):
     model, jacobian = np.empty(m), np.empty((n, m))
     hessian, gradient = np.empty((n, n)), np.empty(n)
     damped, lower = np.empty((n, n)), np.zeros((n, n))
-    right, step, trial = np.empty(n), np.empty(n), np.empty(n)
+    step, trial = np.empty(n), np.empty(n)
     evaluate(p, x, model, jacobian)
     residual, weighted = np.empty(m), np.empty(m)
     chi2 = cost(y, model, weight, p, toward, pull, residual)
@@ -224,17 +179,20 @@ def fit(p, x, y, weight, toward, pull, lowest, highest):
     rest_at_bounds(p, lowest, highest, hessian, gradient)
     damping = FIRST_DAMPING
     for _ in range(MAX_STEPS):
-        enough = ENOUGH * max(chi2 / m, 1.0)
-        expected = bounded_step(
-            p, lowest, highest, hessian, gradient, damping, damped, lower, right, step
-        )
-        if expected >= 0.0:
+        for a in range(n):
+            for b in range(a + 1):
+                damped[a, b] = hessian[a, b]
+            damped[a, a] *= 1.0 + damping
+        if factorise(damped, lower):
+            solve(lower, gradient, step)
+            expected = 0.0  # gain, by the model of normal equations
             for a in range(n):
-                trial[a] = p[a] + step[a]
-            if damping <= FIRST_DAMPING and expected <= enough:
+                trial[a] = min(max(p[a] + step[a], lowest[a]), highest[a])
+                expected += step[a] * (gradient[a] + damping * hessian[a, a] * step[a])
+            if damping <= FIRST_DAMPING and expected <= SURELY_ENOUGH:
                 for a in range(n):
                     p[a] = trial[a]
-                return chi2 - expected, hessian, True
+                return chi2 - max(expected, 0.0), hessian, True
             evaluate(trial, x, model, jacobian)
             trial_chi2 = cost(y, model, weight, trial, toward, pull, residual)
             if trial_chi2 <= chi2:
@@ -246,7 +204,7 @@ def fit(p, x, y, weight, toward, pull, lowest, highest):
                     p, residual, jacobian, weight, toward, pull, weighted, hessian, gradient
                 )
                 rest_at_bounds(p, lowest, highest, hessian, gradient)
-                if gain <= enough:
+                if gain <= ENOUGH + ENOUGH_RELATIVE * chi2:
                     return chi2, hessian, True
                 damping = max(damping * EASE, LEAST_DAMPING)
                 continue

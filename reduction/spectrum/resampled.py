@@ -12,7 +12,7 @@ from .kernel import kernel
 from .spectrum import FloatArray
 
 BLOCK = 64  # channels
-ONE_IN = 8  # blocks that are examined, in long spectra
+ONE_IN = 4  # blocks that are examined, in long spectra
 MANY_BLOCKS = 160
 LEAST_BLOCKS = 12
 QUIET = 0.1  # quantile of the blocks
