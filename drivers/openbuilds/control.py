@@ -26,16 +26,15 @@ if TYPE_CHECKING:
 CONNECT_S = 20
 CLOSE_S = 3.0
 SETTLE_S = 1.0
-PORT_S = 10.0
 REPORT_S = 2.0
 PENDING, RUNNING = "Pending", "Running"
-"""Its own words in place of a controller's state: before the first report, and after a command."""
+"""Its own words in place of a controller's state: before the first report, and after any command."""
 LOCKED = 9
 SETTING = re.compile(r"^\$(\d+)=(\S+)")
 PROBED = re.compile(r"\[PRB:(.*)\]")
 LOG = logging.getLogger("labrun")
 BANNER = re.compile(r"Grbl(?:HAL)? \d")
-BOOT_S = 5.0
+BANNER_S = 5.0
 RESET_S = 3.0
 """A boot within this time after CONTROL was asked for a reset is the one that was asked for."""
 UNNAMED_S = 0.3
@@ -54,10 +53,11 @@ class Control:
     command can be sent.
     """
 
-    def __init__(self, url: str, port: dict[str, Any], silence_s: float) -> None:
+    def __init__(self, url: str, port: dict[str, Any], silence_s: float, boot_s: float) -> None:
         self.url = url
         self.port = port
         self._silence_s = silence_s
+        self._boot_s = boot_s
         self.view: View | None = None
         self.heard_at = 0.0
         self.homed = False
@@ -134,6 +134,8 @@ class Control:
             return f"{self.url} has sent no status for {self.silent_s():.0f} s"
         if self.view is None or self.view.connection in (NONE, OPENING):
             return f"OpenBuilds CONTROL at {self.url} has no port open; is the cable plugged in?"
+        if self._pending():
+            return f"OpenBuilds CONTROL at {self.url} has had no report of {self._port_name()} yet"
         return ""
 
     @property
@@ -181,13 +183,13 @@ class Control:
         if view is None or view.connection == NONE:
             self._asks_reset()
             await self.emit("connectTo", self.port)
-        if not await self.until(self._port_open, PORT_S):
+        if not await self.until(self._port_open, self._boot_s):
             raise OSError(
                 f"OpenBuilds CONTROL at {self.url} did not open {self._port_name()} within "
-                f"{PORT_S:g} s; is the cable plugged in, and the port name right?"
+                f"{self._boot_s:g} s; is the cable plugged in, and the port name right?"
             )
         # The port counts as connected while the board still boots, and loses what it is sent.
-        await self.until(lambda: self.boots > before or not self._port_open(), BOOT_S)
+        await self.until(lambda: self.boots > before or not self._port_open(), BANNER_S)
         if not self._port_open():
             raise OSError(
                 f"OpenBuilds CONTROL at {self.url} has closed {self._port_name()} again: nothing on it "
@@ -195,17 +197,27 @@ class Control:
             )
 
     async def first_report(self) -> None:
-        """Wait for the first report since CONTROL was started, two seconds after it has opened the port.
+        """Wait for the first report since CONTROL was started; raises OSError if none comes.
 
-        Where that tells of a reset button, CONTROL stops the board: `!`, and a reset 0.2 s later.
+        It comes two seconds after the port was opened. Where it tells of a reset button, CONTROL stops
+        the board: `!`, and a reset 0.2 s later. A command before it would put `Running` in its place.
         """
-        before, self._starting = self.boots, True
+        self._starting = True
         try:
-            await self.until(lambda: bool(self.lost) or self.look().run != PENDING, PORT_S)
+            if not await self.until(lambda: not self._pending(), self._boot_s):
+                raise OSError(
+                    f"OpenBuilds CONTROL at {self.url} has had no report of {self._port_name()} within "
+                    f"{self._boot_s:g} s; look for `<Idle|...>` in its console, and switch the "
+                    f"controller off and on; for one that is slow: `boot_s: {2 * self._boot_s:g}`"
+                )
+            before = self.boots
             if self.view is not None and "R" in self.view.pins:
                 await self.until(lambda: self.boots > before, RESET_S)
         finally:
             self._starting = False
+
+    def _pending(self) -> bool:
+        return self.view is not None and self.view.run == PENDING
 
     def _port_open(self) -> bool:
         return self.view is not None and self.view.connection not in (NONE, OPENING)
@@ -278,8 +290,8 @@ class Control:
 
     def _unnamed(self) -> None:
         """An error or alarm shown by `connectionStatus` alone; a board locked since its boot has none."""
-        if self._sio is not None and self.view is not None and self.view.run == RUNNING:
-            # A command was queued since: until the next report nothing is known of the board.
+        if self._sio is not None and self.view is not None and self.view.run in (PENDING, RUNNING):
+            # Before the first report, and after a command until the next, nothing is known of the board.
             asyncio.get_running_loop().call_later(UNNAMED_S, self._unnamed)
         elif self.view is not None and self.view.connection == ALARM and not self.alarm:
             unhomed = "" if self.kind.unhomed is None else str(self.kind.unhomed)

@@ -2,7 +2,7 @@
 
 Configuration: `url` (http://localhost:3000), `port` (the serial port, as CONTROL calls it) and
 `baud`, or `ip` (a controller by telnet), `origin`, `axes`, `keep_out`, `home_first`,
-`homing_timeout` (s). `docs/how-to/gantry.md` explains each.
+`homing_timeout`, `silence_s`, `boot_s` (s). `docs/how-to/gantry.md` explains each.
 """
 
 import asyncio
@@ -21,7 +21,7 @@ from ..grbl.settings import SCALE, TRAVEL, Settings, homes_at_of
 from ..motion.bench import LETTERS, Point, place_words, read_bench
 from ..motion.config import PLACING
 from ..motion.faults import Ended, HomingFailed, Lost, MotionFault, Restarted, Silent, WrongPlace
-from .control import PENDING, Control
+from .control import Control
 from .jog import jog_while
 from .stopping import stop
 from .view import ALARM, PAUSED, PLAYING, View
@@ -37,12 +37,21 @@ HELD_S = 3.0
 UNLOCK, RESET = 1, 2
 """What CONTROL's `clearAlarm` does: `$X`, or a reset that drops its queue, and `$X`."""
 SILENCE_S = 2.0  # CONTROL sends ten statuses a second
+BOOT_S = 10.0
 
 
 class OpenBuilds(GrblDialect):
     """Implements gantry@2 over CONTROL's Socket.IO; reconnects when CONTROL or the port are back."""
 
-    options: ClassVar[tuple[str, ...]] = ("url", "port", "baud", "ip", "silence_s", *PLACING)
+    options: ClassVar[tuple[str, ...]] = (
+        "url",
+        "port",
+        "baud",
+        "ip",
+        "silence_s",
+        "boot_s",
+        *PLACING,
+    )
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
@@ -55,6 +64,7 @@ class OpenBuilds(GrblDialect):
             str(config.get("url", "http://localhost:3000")),
             telnet if config.get("ip") else usb,
             float(config.get("silence_s", SILENCE_S)),
+            float(config.get("boot_s", BOOT_S)),
         )
         self.alone = f"OpenBuilds CONTROL at {self.control.url}"
         self._keeper: asyncio.Task[None] | None = None
@@ -136,10 +146,11 @@ class OpenBuilds(GrblDialect):
         """Open the port in CONTROL, and read the machine's settings."""
         control = self.control
         await control.attach()
-        if control.look().connection in (PLAYING, PAUSED):
+        if control.view is not None and control.view.connection in (PLAYING, PAUSED):
             raise OSError(
                 f"{self._name()} is running another job; let it finish or stop it in the program"
             )
+        await control.first_report()
         try:
             await self._ask_settings()
         except MotionFault as fault:
@@ -151,10 +162,7 @@ class OpenBuilds(GrblDialect):
         if unfit := _unfit(settings):
             raise OSError(f"{self._name()}: {unfit}")
         self._lay_out(settings)
-        if control.look().run == PENDING:
-            await control.first_report()
-        else:
-            control.unsettle()  # opening the port has booted the controller
+        control.unsettle()  # opening the port has booted the controller
         with contextlib.suppress(Lost):
             await control.view_at_rest()
 

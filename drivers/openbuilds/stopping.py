@@ -12,7 +12,7 @@ from .control import Control
 HOLD_S = 1.5
 RESET_S = 0.5  # CONTROL waits 0.2 s before its reset; what is queued before that is lost
 PROOF_S = 1.2
-STILL = ("Idle", "Alarm", "Sleep", "Check", "Stopped", "Pending")
+STILL = ("Idle", "Alarm", "Sleep", "Check", "Stopped")
 
 
 async def stop(control: Control, *, moving: bool, homing: bool = False) -> None:

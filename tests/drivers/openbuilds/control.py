@@ -31,6 +31,7 @@ class Control:
         self.connection = 0
         self.alarm = ""  # kept until it is cleared, whoever connects meanwhile
         self.run = "Pending"
+        self.hasty = False  # a command came before its first report
         self.work = dict.fromkeys("xyz", 0.0)
         self.offset = dict.fromkeys("xyz", 0.0)
         self.overrides = {"feedOverride": 100, "rapidOverride": 100, "spindleOverride": 100}
@@ -130,6 +131,7 @@ class Control:
 
     async def _runCommand(self, _, data):  # noqa: N802
         self.heard.append(("runCommand", data))
+        self.hasty |= self.run == "Pending"
         if self.connection == 0:
             return
         for line in data.split("\n"):

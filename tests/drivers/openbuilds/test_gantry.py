@@ -101,6 +101,7 @@ def test_a_board_that_is_locked_at_power_up_is_no_alarm_and_home_first_homes_it(
 ):
     async def story(driver, control):
         locked = await until(driver, lambda s: s["state"] == "alarm")
+        assert not control.hasty
         return locked, await driver.move_to(GoalContext("m"), x=3)
 
     peer = peers()
@@ -545,15 +546,19 @@ def test_no_program_at_that_address(gantry):
     asyncio.run(story())
 
 
-def test_no_such_port_in_the_program(peer, program, gantry, monkeypatch):
-    from labrun.drivers.openbuilds import control as source
-
-    monkeypatch.setattr(source, "PORT_S", 1.0)
-
+@pytest.mark.parametrize(
+    ("port", "told"),
+    [
+        ("/dev/ttyNONE7", "did not open /dev/ttyNONE7 within 1 s"),
+        ("", r"has had no report of .* within 1 s; .* `boot_s: 2`"),
+    ],
+)
+def test_no_such_port_in_the_program_or_no_report_by_it(peer, program, gantry, port, told):
     async def story():
         async with program(peer) as control:
-            driver = gantry(control.url, "/dev/ttyNONE7")
-            with pytest.raises(OSError, match="did not open /dev/ttyNONE7 within 1 s"):
+            peer.loses_questions = 1000
+            driver = gantry(control.url, port or peer.path, boot_s=1.0)
+            with pytest.raises(OSError, match=told):
                 await driver.open()
 
     asyncio.run(story())
