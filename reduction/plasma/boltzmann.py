@@ -373,12 +373,14 @@ def _as_plot(
     return replace(plot, flags=tuple(flags))
 
 
-def _scattered(covariance: FloatArray, prior, stiff: FloatArray, scale: float) -> FloatArray:
+def _scattered(
+    covariance: FloatArray, prior: FloatArray, stiff: FloatArray, scale: float
+) -> FloatArray:
     """A covariance whose lines scatter by `scale` times the variance; what is known beforehand stays."""
     known = np.diag(prior)
     known[len(known) - len(stiff) :, len(known) - len(stiff) :] += stiff
     told = np.linalg.inv(covariance) - known
-    return np.linalg.inv(told / scale + known)
+    return np.asarray(np.linalg.inv(told / scale + known), np.float64)
 
 
 def _lost(kept: FloatArray) -> float:
