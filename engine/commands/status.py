@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..exit_status import FAILED, SUCCEEDED
-from .options import RUNS, Lab, Runs, WrongUsage, fail, failing_on, known_device
+from .options import RUNS, Lab, Runs, WrongUsage, fail, known_device
 from .runs import print_runs
 from .stop import REACH_S, lab_devices
 
@@ -38,8 +38,10 @@ def status(
     if device is not None:
         if device not in names and _print_run(device, runs, follow):
             return
-        with failing_on(WrongUsage):
+        try:
             known_device(loaded, device)
+        except WrongUsage as fault:
+            fail(f"{fault}; and no run is called so, `labrun runs` lists the runs")
         names = [device]
 
     def find(name: str) -> "list[Serving]":

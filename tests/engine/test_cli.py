@@ -72,6 +72,7 @@ def test_version(tmp_path):
         (["serve", "nothing"], 2, "no device 'nothing'"),
         (["report", "nope"], 2, "no run"),
         (["status", "nope"], 2, "no device 'nope'"),
+        (["status", "nope"], 2, "`labrun runs` lists the runs"),
     ],
 )
 def test_what_a_person_gets_wrong_is_one_clear_message(tmp_path, words, status, says):
