@@ -45,6 +45,7 @@ FEW = 10.0  # lines, by which the scatter of the others is taken to be as their 
 FAR, USUAL_SQUARE = 9.0, 0.995  # z^2 of an outlier; mean of z^2 of a normal law, at most FAR each
 MOST_MISFIT, HALVINGS = 2.0, 12  # of ln(area)
 STEPS = 10
+OPACITY_KNOWN = 0.05  # 1 / variance of its ln beforehand: hardly anything
 BESIDE = np.array([0.01, 0.05, 0.05])  # of ln T, ln n_e and opacity, for differences
 LEAST_LINES = 4
 LEAST_SPREAD_EV = 0.8
@@ -285,7 +286,7 @@ def slopes(
     slope[:, :3] = ((log_area[1:] - log_area[0]) / BESIDE[:, None]).T
     slope[rows, 3 + which] = 1.0 + slope[:, 2]
     prior = np.diag(np.concatenate([
-        [1 / USUAL_SPREAD**2, 1 / USUAL_NE_SPREAD**2, 0.05], np.full(k + n_knots, 1e-9)
+        [1 / USUAL_SPREAD**2, 1 / USUAL_NE_SPREAD**2, OPACITY_KNOWN], np.full(k + n_knots, 1e-9)
     ]))  # fmt: skip
     residual, off = lines.log_area - log_area[0], np.zeros(3 + k + n_knots)
     if n_knots:
@@ -322,7 +323,7 @@ def _start(lines: PlotLines, names, which, seen, density: Known, start_k: float,
     p = np.concatenate([[np.log(start_k), density.mean, opacity], scale, gain])
     toward, prior = p.copy(), np.zeros(len(p))
     toward[:2] = np.log(USUAL_K), density.mean
-    prior[:3] = 1 / USUAL_SPREAD**2, 1 / density.spread**2, 0.05
+    prior[:3] = 1 / USUAL_SPREAD**2, 1 / density.spread**2, OPACITY_KNOWN
     return p, toward, prior
 
 
