@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 
 from ..motion.bench import LETTERS, Point
-from ..motion.faults import Ended, MotionFault, Silent, WrongPlace
+from ..motion.faults import STOPPED, Ended, MotionFault, Silent, WrongPlace
 from .controller import ASK, Controller
 from .faults import SOFT_LIMIT, Alarmed, GrblRefused
 from .report import Report
@@ -45,9 +45,8 @@ class Move:
             await self.wait_until_still()
             await self._check_not_ended()
             return await self._verify(end)
-        except Silent:
-            await _try_to_stop(self.controller)
-            raise
+        except Silent as fault:
+            raise Silent(f"{fault}; {await _try_to_stop(self.controller)}") from fault
         except asyncio.CancelledError:
             self.controller.reset()  # nothing is left to wait for a hold
             raise
@@ -68,9 +67,8 @@ class Move:
             await self._check_not_ended()
             await self.controller.ask("G90")  # for other programs
             await self.wait_until_still()
-        except Silent:
-            await _try_to_stop(self.controller)
-            raise
+        except Silent as fault:
+            raise Silent(f"{fault}; {await _try_to_stop(self.controller)}") from fault
         except asyncio.CancelledError:
             self.controller.reset()
             raise
@@ -92,7 +90,7 @@ class Move:
             except GrblRefused as fault:
                 # What was sent before it has moved the axes, or still does.
                 raise MotionFault(f"asked whether all motion has ended, {fault}") from fault
-        raise Silent(f"it never answered `G4P0`; {self.controller.last_words}")
+        raise Silent("it reports Idle, but never answered `G4P0`")
 
     async def _wait(self, answer: asyncio.Future[None], *, lost_if_idle: bool = False) -> bool:
         """Watch until the line is answered; False if its answer was lost in noise."""
@@ -109,10 +107,7 @@ class Move:
                 raise Ended
             if c.silent_s() > SILENCE_S:
                 c.forget(answer)
-                raise Silent(
-                    f"it fell silent for {SILENCE_S:g} s; {c.last_words}. It was sent a stop, which "
-                    f"it may not have received: check it, then home it"
-                )
+                raise Silent(f"it fell silent for {SILENCE_S:g} s; {c.last_words}")
             c.write(ASK)
             if c.reports_heard == heard or c.report is None:
                 continue
@@ -176,10 +171,11 @@ def _there(machine: tuple[float, ...], end: dict[int, float], tolerance: float) 
     return all(math.fabs(machine[axis] - value) <= tolerance for axis, value in end.items())
 
 
-async def _try_to_stop(controller: Controller) -> None:
-    """The fault being raised is more informative than one from the stop."""
+async def _try_to_stop(controller: Controller) -> str:
+    """What came of it, for a message."""
     try:
         await stop(controller, moving=True)
     except MotionFault as fault:
         controller.alarm = str(fault)
         controller.homed = False
+    return controller.alarm or STOPPED

@@ -2,6 +2,11 @@
 
 from ...schemas.contract import Happened
 
+STOPPED = (
+    "it is stopped: repeat the move, and switch the controller off and on if that does not help"
+)
+"""What to do with a move whose end was never told, behind the reason."""
+
 
 class MotionFault(Exception):
     """`error` is the contract's name for it, `happened` whether the request took effect."""

@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Callable
 
-from ..motion.faults import Ended, Lost, MotionFault, Silent
+from ..motion.faults import STOPPED, Ended, Lost, MotionFault, Silent
 from .control import Control
 from .stopping import stop
 from .view import View
@@ -44,17 +44,19 @@ async def watch(
         if view.machine != place or view.held:
             place, moved_at = view.machine, clock()
         if seconds is None and clock() - moved_at > STUCK_S:
-            await _give_up(control, homing=False)
+            now = await _give_up(control, homing=False)
             raise Silent(
-                f"its position has not changed for {STUCK_S:g} s, and it reports {view.run}"
+                f"its position has not changed for {STUCK_S:g} s, and it reports {view.run}; {now}"
             )
         if seconds is not None and clock() - begun > seconds:
             await _give_up(control, homing=True)
             raise late or Silent(f"it did not end within {seconds:g} s")
 
 
-async def _give_up(control: Control, *, homing: bool) -> None:
+async def _give_up(control: Control, *, homing: bool) -> str:
+    """What came of stopping it, for a message."""
     try:
         await stop(control, moving=True, homing=homing)
     except MotionFault as fault:
         control.homed, control.alarm = False, str(fault)
+    return control.alarm or STOPPED

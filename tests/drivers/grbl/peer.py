@@ -67,6 +67,9 @@ class Peer:
         self.stands = []  # (wall clock, true position) after each stretch
         self.overrun = 0
         self.hit_at = None  # machine X at which a limit switch is hit
+        self.runs_dry_at = (
+            None  # machine X at which its step buffer is empty: Idle, short of its end
+        )
         self.held_late = False  # its hold button is pressed in the last moment of the next move
         self.silent = False
         self.homing_fails = (
@@ -165,6 +168,7 @@ class Peer:
         self._braking = None
         self._ends_held = False
         self._soft_trip = None
+        self._dry = False
         self._answer_later = None
 
     def _run(self):
@@ -636,6 +640,7 @@ class Peer:
         target = self._target(values, codes)
         self.target = [round(v * self.settings[100 + i]) for i, v in enumerate(target)]
         self.queue.append((tuple(self.target), feed))
+        self._dry = False
         if self.state == "Idle":
             self.state = "Run"
 
@@ -654,7 +659,11 @@ class Peer:
             if self.held_late and self._is_prepared():
                 self.held_late = False
                 self._brake("Hold")
-            if self.hit_at is not None and self.place[0] >= self.hit_at:
+            if self.runs_dry_at is not None and self.place[0] >= self.runs_dry_at:
+                self.runs_dry_at, self._dry, self.state = None, True, "Idle"
+                self.queue.appendleft((self._end, move.speed * 60))
+                self._stand()
+            elif self.hit_at is not None and self.place[0] >= self.hit_at:
                 self._alarm(1)
             elif self.reset_at is not None and self.place[0] >= self.reset_at:
                 self.reset_at, self.reset_pressed = None, True
@@ -670,6 +679,7 @@ class Peer:
         if (
             self.move is None
             and self.queue
+            and not self._dry
             and not self.state.startswith(("Hold", "Door", "Alarm"))
         ):
             self._begin(*self.queue.popleft())
@@ -726,3 +736,4 @@ class Peer:
 
     def _go_on(self):
         self._braking = None
+        self._dry = False

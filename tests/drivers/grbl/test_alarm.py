@@ -134,6 +134,24 @@ def test_a_controller_that_falls_silent_in_mid_move_is_told_to_stop_and_that_is_
     assert "may still move" in status["alarm"]
 
 
+@pytest.mark.soak
+def test_a_move_that_stands_short_of_its_target_is_stopped_and_can_be_repeated(
+    peer, gantry, played
+):
+    async def story(driver):
+        peer.runs_dry_at = -700
+        with pytest.raises(ActionFailed, match=r"Idle, but never answered `G4P0`; it is stopped: "):
+            await driver.move_to(GoalContext("a"), x=200)
+        short = await driver.status()
+        return short, peer.place[0], await driver.move_to(GoalContext("b"), x=200)
+
+    short, true, place = played(gantry(peer), story)
+
+    assert short["homed"]
+    assert short["x"] < 150 and short["x"] == pytest.approx(true + 805, abs=0.01)
+    assert place["x"] == pytest.approx(200, abs=0.005)
+
+
 def test_a_controller_that_answers_nothing_while_it_stands_is_offline_until_it_does(
     peer, gantry, played
 ):

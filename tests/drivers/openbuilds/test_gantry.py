@@ -336,6 +336,28 @@ def test_a_controller_that_falls_silent_is_found_by_its_frozen_place(peers, play
     assert not played(peer, story)["homed"]
 
 
+@pytest.mark.soak
+def test_a_move_that_stands_short_of_its_target_is_stopped_and_can_be_repeated(
+    peer, played, monkeypatch
+):
+    from labrun.drivers.openbuilds import watch
+
+    monkeypatch.setattr(watch, "STUCK_S", 1.0)
+
+    async def story(driver, control):
+        peer.runs_dry_at = -700
+        with pytest.raises(ActionFailed, match=r"it reports Idle; it is stopped: repeat the move"):
+            await driver.move_to(GoalContext("a"), x=200)
+        short = await driver.status()
+        return short, peer.place[0], await driver.move_to(GoalContext("b"), x=200)
+
+    short, true, place = played(peer, story)
+
+    assert short["homed"]
+    assert short["x"] < 150 and short["x"] == pytest.approx(true + 805, abs=0.01)
+    assert place["x"] == pytest.approx(200, abs=0.005)
+
+
 @pytest.mark.slow
 def test_hold_and_resume_work_though_the_programs_own_pause_does_not(peers, played):
     peer = peers(speed=2)
