@@ -34,7 +34,6 @@ SETTING = re.compile(r"^\$(\d+)=(\S+)")
 PROBED = re.compile(r"\[PRB:(.*)\]")
 LOG = logging.getLogger("labrun")
 BANNER = re.compile(r"Grbl(?:HAL)? \d")
-BANNER_S = 5.0
 RESET_S = 3.0
 """A boot within this time after CONTROL was asked for a reset is the one that was asked for."""
 UNNAMED_S = 0.3
@@ -189,12 +188,8 @@ class Control:
                 f"{self._boot_s:g} s; is the cable plugged in, and the port name right?"
             )
         # The port counts as connected while the board still boots, and loses what it is sent.
-        await self.until(lambda: self.boots > before or not self._port_open(), BANNER_S)
-        if not self._port_open():
-            raise OSError(
-                f"OpenBuilds CONTROL at {self.url} has closed {self._port_name()} again: nothing on it "
-                f"responded in time; is the controller switched on, and is this its port?"
-            )
+        await self.until(lambda: self.boots > before or not self._port_open(), self._boot_s)
+        self._check_still_open()
 
     async def first_report(self) -> None:
         """Wait for the first report since CONTROL was started; raises OSError if none comes.
@@ -204,7 +199,11 @@ class Control:
         """
         self._starting = True
         try:
-            if not await self.until(lambda: not self._pending(), self._boot_s):
+            heard = await self.until(
+                lambda: not self._pending() or not self._port_open(), self._boot_s
+            )
+            self._check_still_open()  # its two seconds may be over as the banner comes
+            if not heard:
                 raise OSError(
                     f"OpenBuilds CONTROL at {self.url} has had no report of {self._port_name()} within "
                     f"{self._boot_s:g} s; look for `<Idle|...>` in its console, and switch the "
@@ -215,6 +214,14 @@ class Control:
                 await self.until(lambda: self.boots > before, RESET_S)
         finally:
             self._starting = False
+
+    def _check_still_open(self) -> None:
+        if not self._port_open():
+            raise OSError(
+                f"OpenBuilds CONTROL at {self.url} has closed {self._port_name()} again: nothing on it "
+                f"responded in time; is the controller switched on, and is this its port? A board that "
+                f"takes two seconds to boot is too slow for it"
+            )
 
     def _pending(self) -> bool:
         return self.view is not None and self.view.run == PENDING

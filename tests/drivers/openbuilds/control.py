@@ -49,6 +49,7 @@ class Control:
         self.configuration = []
         self.file = None
         self.asks_from = 0.0
+        self.asks_after_s = 0.3  # 2 s on the real one
         self.rest = b""
 
     async def __aenter__(self):
@@ -123,7 +124,7 @@ class Control:
                 tty.tcsetattr(self.file, tty.TCSANOW, attributes)
                 asyncio.get_running_loop().add_reader(self.file, self._read)
                 self.active = data["port"]
-                self.asks_from = asyncio.get_running_loop().time() + 0.3  # 2 s on the real one
+                self.asks_from = asyncio.get_running_loop().time() + self.asks_after_s
             self.connection = 0 if self.file is None else 2
             if self.gives_up_s:
                 await asyncio.sleep(self.gives_up_s)

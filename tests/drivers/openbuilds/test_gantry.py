@@ -586,13 +586,14 @@ def test_no_such_port_in_the_program_or_no_report_by_it(peer, program, gantry, p
     asyncio.run(story())
 
 
+@pytest.mark.parametrize("silent", [True, False])  # its banner comes too late, or as late as can be
 def test_a_board_that_says_nothing_in_time_has_its_port_closed_by_the_program(
-    peer, program, gantry
+    peer, program, gantry, silent
 ):
     async def story():
         async with program(peer) as control:
             control.gives_up_s = 0.3  # the board boots for longer
-            peer.silent = True
+            control.asks_after_s, peer.silent = 60, silent
             driver = gantry(control.url, peer.path)
             with pytest.raises(OSError, match=r"closed .* again: nothing on it responded in time"):
                 await driver.open()
