@@ -378,7 +378,7 @@ class OpenBuilds(GrblDialect):
         told = self._told_settings()
         if control.homed and (changed := told.changed(self._settings, SCALE)):
             control.homed = False
-            control.alarm = changed_words(changed)
+            control.alarm = _unfit(told) or changed_words(changed)
         if control.alarm == control.kind.alarm(SOFT_LIMIT):
             changed = told.changed(self._settings, TRAVEL)
             control.alarm = out_of_travel_words(control.alarm, changed)
@@ -412,5 +412,7 @@ class OpenBuilds(GrblDialect):
 def _unfit(settings: Settings) -> str:
     """Why no move can be verified with these settings, and what to write; empty if nothing is wrong."""
     if settings.inches:
-        return "it reports in inches ($13=1), which CONTROL takes for millimetres: write `$13=0`"
+        return (
+            "it reports in inches ($13=1), which CONTROL takes for mm: write `$13=0`, then home it"
+        )
     return settings.unfit

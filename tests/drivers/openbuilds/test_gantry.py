@@ -427,6 +427,25 @@ def test_reports_in_inches_are_refused(peers, played):
 
 
 @pytest.mark.soak
+def test_reports_in_inches_that_another_program_has_begun_are_told_with_what_ends_them(
+    peers, played
+):
+    async def story(driver, control):
+        await (await driver.control.run("$13=1"))
+        inches = (await driver.status())["alarm"]
+        with pytest.raises(ActionFailed, match=r"HomingFailed: .*write `\$13=0`, then home it"):
+            await driver.home(GoalContext("h"))
+        await (await driver.control.run("$13=0"))
+        await driver.home(GoalContext("i"))
+        return inches, await driver.move_to(GoalContext("m"), x=30)
+
+    inches, place = played(peers(homing_s=0.1), story)
+
+    assert inches.endswith("write `$13=0`, then home it")
+    assert place["x"] == pytest.approx(30, abs=0.006)
+
+
+@pytest.mark.soak
 def test_a_travel_that_another_program_has_changed_is_told_with_the_alarm_of_a_soft_limit(
     peers, played
 ):
