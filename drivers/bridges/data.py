@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import Any
 
-from .answers import INFINITE, OWN, BadAnswer, items_of, may_lack, none_for, value, values
+from .answers import INFINITE, OWN, BadAnswer, NoNumber, items_of, may_lack, none_for, value, values
 
 
 def plainly(data: Any) -> str:
@@ -28,7 +28,7 @@ def found_at(data: Any, name: str, at: str, schema: dict[str, Any]) -> Any:
             if may_lack(schema):
                 return None
             raise BadAnswer(f"the answer has no {at or name}: {str(data)[:80]}") from fault
-    if set(OWN) & set(schema):
+    if set(OWN) & set(schema) and not isinstance(data, NoNumber):
         return value(plainly(data), schema)
     return plain(data, schema)
 
@@ -65,7 +65,9 @@ def answer_values(
 
 
 def plain(found: Any, schema: dict[str, Any]) -> Any:
-    """A library's value as JSON has it; raises BadAnswer or NoNumber."""
+    """A library's value as JSON has it; raises BadAnswer or NoNumber, which may stand for it, too."""
+    if isinstance(found, NoNumber):
+        return none_for(found.name, str(found), schema)
     if hasattr(found, "tolist"):  # numpy's, arrays and numbers
         found = found.tolist()
     if hasattr(found, "magnitude"):  # pint's

@@ -21,7 +21,7 @@ from pydantic import Field, model_validator
 from ...schemas.contract import Action, Effect, Name
 from ...system.extras import EXTRAS, absent, not_installed
 from ..driver import ActionFailed, GoalContext
-from .answers import NUMBER_ERRORS, BadAnswer, NoNumber, none_for
+from .answers import NUMBER_ERRORS, BadAnswer
 from .bridge import ABORTED_S, Bridge, Values
 from .config import ActionConfig, BridgeConfig, chosen
 from .data import found_at, plain
@@ -217,18 +217,16 @@ class Library(Bridge):
     ) -> Values:
         if self._instrument is None:
             raise OSError("the connection was closed")
-        limit_s, returns = self.timeout_s(said), self.returns(said, action)
+        limit_s = self.timeout_s(said)
         beside = goal.id == "abort" and self.stops_beside
         try:
             async with asyncio.timeout(limit_s):
                 found = await self._run(self._do_it, said, action, values, beside=beside)
         except TimeoutError as fault:
             raise NoAnswer(f"{self.library} has not returned within {limit_s:g} s") from fault
-        except NoNumber as fault:  # null, where the contract allows it
-            found = none_for(fault.name, str(fault), next(iter(returns.values()), {}))
         except Exception as fault:  # VISA's, the adapters' and the instruments' own
             raise self._told(said.path, self.meaning(said.path, fault, action)) from fault
-        return returned(found, returns, self.library)
+        return returned(found, self.returns(said, action), self.library)
 
     def meaning(self, path: str, fault: Exception, action: Action) -> Exception:
         """What the library raised, as Refused, ActionFailed or OSError where it means that."""

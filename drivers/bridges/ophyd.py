@@ -16,8 +16,11 @@ from .bridge import Values
 from .library import FAILED, Library, LibraryConfig, Refused, instrument_class, last_of
 
 PACKAGE, NAME = "ophyd", "device"
-INVALID = 3
-"""EPICS' alarm severity of a value that means nothing: of a broken sensor, or of a device that is silent."""
+INVALID, INVALID_ASYNC = 3, -1
+"""EPICS' alarm severity of a value that means nothing: of a broken sensor, or of a device that is silent.
+
+ophyd-async has its own number for it; its 3 is Tango's, of a value that is changing.
+"""
 
 
 class OphydConfig(LibraryConfig):
@@ -64,7 +67,7 @@ class Ophyd(Library):
 
     async def _read(self, path: str, signal: Any) -> Any:
         (reading,) = (await signal.read()).values()
-        return valid(path, reading["value"], reading.get("alarm_severity"))
+        return valid(path, reading["value"], reading.get("alarm_severity"), INVALID_ASYNC)
 
     def set(self, path: str, value: Any) -> Any:
         return last_of(self._instrument, path).set(value)
@@ -79,7 +82,15 @@ class Ophyd(Library):
         return readings(found, self._instrument.name)
 
     async def _awaited(self, found: Awaitable[Any]) -> Any:
-        return readings(await found, self._instrument.name)
+        return readings(await found, self._instrument.name, INVALID_ASYNC)
+
+    def call(self, path: str, values: Values, action: Action) -> Any:
+        """Readings of ophyd do not tell what EPICS thinks of them; its signals do."""
+        found = super().call(path, values, action)
+        if self.on_loop or not are_readings(found):
+            return found
+        told = severities(last_of(self._instrument, path.rpartition(".")[0]))
+        return {one: {"alarm_severity": told.get(one), **found[one]} for one in found}
 
     def meaning(self, path: str, fault: Exception, action: Action) -> Exception:
         """A limit is looked at before anything is sent; a status that failed says so."""
@@ -98,22 +109,38 @@ def made_device(found: Any, prefix: str | None, options: dict[str, Any]) -> Any:
     return found(*([] if prefix is None else [prefix]), **{"name": NAME, **options})
 
 
-def valid(path: str, found: Any, severity: Any) -> Any:
-    """The value of a signal; raises NoNumber where EPICS itself says that it is none."""
-    if severity == INVALID:
+def valid(path: str, found: Any, severity: Any, invalid: int = INVALID) -> Any:
+    """The value of a signal; a NoNumber where EPICS itself says that it is none."""
+    if severity == invalid:
         words = f"EPICS marks {path} as INVALID, and its {found!r} means nothing"
-        raise NoNumber("NotANumber", f"{words}; look at its sensor and at its cable")
+        return NoNumber("NotANumber", f"{words}; look at its sensor and at its cable")
     return found
 
 
-def readings(found: Any, name: str) -> Any:
+def severities(owner: Any) -> dict[str, Any]:
+    """EPICS' alarm severity of each signal of a device or of one signal, by its name in readings."""
+    walk = getattr(owner, "walk_signals", None)
+    signals = [owner] if walk is None else [one.item for one in walk()]
+    return {
+        one.name: getattr(one, "alarm_severity", None) for one in signals if hasattr(one, "name")
+    }
+
+
+def are_readings(found: Any) -> bool:
+    """Whether a method has returned readings."""
+    return isinstance(found, dict) and all(
+        isinstance(one, dict) and "value" in one for one in found.values()
+    )
+
+
+def readings(found: Any, name: str, invalid: int = INVALID) -> Any:
     """`{"device_x": {"value": 1, ...}}` as `{"x": 1}`; what has the device's own name is `value`."""
-    if not (
-        isinstance(found, dict)
-        and all(isinstance(v, dict) and "value" in v for v in found.values())
-    ):
+    if not are_readings(found):
         return found
-    return {field(one, name): reading["value"] for one, reading in found.items()}
+    return {
+        field(one, name): valid(one, reading["value"], reading.get("alarm_severity"), invalid)
+        for one, reading in found.items()
+    }
 
 
 def field(reading: str, name: str) -> str:

@@ -69,10 +69,13 @@ class Signal:
     """A value that is read and set."""
 
     def __init__(self, value):
-        self.value = value
+        self.value, self.name, self.alarm_severity = value, "device", 0
 
     def get(self):
         return self.value
+
+    def read(self):
+        return {self.name: {"value": self.value, "timestamp": 0.0}}
 
     def set(self, value):
         self.value = value

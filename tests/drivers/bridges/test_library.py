@@ -99,15 +99,18 @@ def test_a_limit_of_the_library_says_that_nothing_happened(config, once):
     assert (fault.value.name, fault.value.happened) == ("Rejected", "no")
 
 
-def test_a_value_that_epics_marks_as_invalid_is_none(config, once):
-    gauge = {"get": "gauge", "returns": {"p": {"unit": "mbar"}}}
-    none = {"get": "gauge", "returns": {"p": {"type": ["number", "null"], "unit": "mbar"}}}
+@pytest.mark.parametrize(
+    ("asked", "name"), [({"get": "gauge"}, "p"), ({"call": "gauge.read"}, "value")]
+)
+def test_a_value_that_epics_marks_as_invalid_is_none(config, once, asked, name):
+    gauge = {**asked, "returns": {name: {"unit": "mbar"}}}
+    none = {**asked, "returns": {name: {"type": ["number", "null"], "unit": "mbar"}}}
     said = {**config, "actions": {**config["actions"], "gauge": gauge, "none": none}}
-    with pytest.raises(ActionFailed, match=r"EPICS marks gauge as INVALID, and its 1\.5") as fault:
+    with pytest.raises(ActionFailed, match=r"EPICS marks \w+ as INVALID, and its 1\.5") as fault:
         once("ophyd", said, "gauge")
 
     assert (fault.value.name, fault.value.happened) == ("NotANumber", "yes")
-    assert once("ophyd", said, "none") == {"p": None}
+    assert once("ophyd", said, "none") == {name: None}
 
 
 def test_what_the_config_names_wrongly_is_a_failure_not_a_traceback(config, once):
