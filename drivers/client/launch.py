@@ -207,8 +207,9 @@ async def _start(settings: Path, log: Path, timeout_s: float, python: str | None
     if process.returncode is None:
         await stop(process, END_S)
     reason = said.get("error") or f"it exited at once; the end of its log: {_tail(log)}"
-    if python is not None and (fault := await fault_of(python)) is not None:
-        reason = f"{fault}; {reason}"
+    if python is not None:
+        fault = await fault_of(python, spoke="ready" in said)
+        reason = f"{fault}; {reason}" if fault is not None else reason
     failed = ServerFailed(f"the device server did not start: {reason}")
     failed.again = bool(said.get("again"))
     raise failed

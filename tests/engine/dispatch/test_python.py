@@ -95,6 +95,10 @@ def test_an_environment_without_labrun_or_without_python_is_named(lab):
     [
         ("echo hello", r"`, which the lab names, is no Python"),
         ("echo python 3 9 0.1.0", r"is Python 3\.9, and labrun needs 3\.11"),
+        (
+            """echo python 3 12 -;; *) echo '{"ready": false, "error": "no cable"}'; exit 4""",
+            "did not start: no cable",  # from a server, so that labrun is there
+        ),
         ("echo python 3 12 0.0.9", rf"has labrun 0\.0\.9, and this is {re.escape(__version__)}"),
     ],
 )
