@@ -13,13 +13,13 @@ from typing import Any
 
 from ...system.files import write_whole
 from ...system.process import AT_ONCE, PLEASE_END, Process, alive, start_python, stop
-from ..server.server_file import FILE, fingerprint
+from ...system.tasks import end, spawn
+from ..server.server_file import FILE, SETTINGS, fingerprint
 from ..server.settings import ServerSettings
 from .client import DeviceClient
 from .environment import fault_of
 from .link import ServerUnreachable
 
-SETTINGS = "server_settings.json"
 LOOK_S = 0.05
 GREETING_S = 2.0
 END_S = 5.0
@@ -79,6 +79,13 @@ class RunningServer:
             while alive(self.pid):  # noqa: ASYNC110 - another process's child cannot be awaited
                 await asyncio.sleep(LOOK_S)
 
+    async def hear(self) -> None:
+        """Tell which instruments come into reach, for as long as the process speaks."""
+        said = self.process.stdout if self.process is not None else None
+        while said is not None and (line := await said.readline()):
+            with contextlib.suppress(ValueError, KeyError):
+                self.say(f"{json.loads(line)['opened']} at {self.url}: its instrument is in reach")
+
 
 @contextlib.contextmanager
 def told_late(say: Say, words: str) -> Iterator[None]:
@@ -105,7 +112,11 @@ async def keep_running(
     config = {**config, "port": int(server.url.rpartition(":")[2])}
     deaths, began, fault = 0, clock(), ""
     while True:
-        await server.ended()
+        hearing = spawn(f"hear the server of {names}", server.hear())
+        try:
+            await server.ended()
+        finally:
+            await end(hearing)
         deaths = 1 if clock() - began > CALM_S else deaths + 1
         fault = fault or f"the server of {names} has died, see {log}"
         if deaths > DEATHS_AT_MOST:
@@ -115,8 +126,11 @@ async def keep_running(
         server.say(f"{fault}; it starts again in {pause_s:g} s")
         await asyncio.sleep(pause_s)
         began = clock()
+        # Rather than to be given up for an instrument that is gone, its last one serves without.
+        patient = config.get("patient", False) and deaths == DEATHS_AT_MOST
+        again = {**config, "patient": patient}
         try:
-            new = await start_server(config, folder, timeout_s=timeout_s, say=server.say)
+            new = await start_server(again, folder, timeout_s=timeout_s, say=server.say)
         except ServerFailed as failed:
             fault = f"{names}: {failed}"
         else:
@@ -179,10 +193,12 @@ async def _start_or_adopt(
     names = ", ".join(settings["devices"])
     words = f"waiting for the server of {names} to start, {timeout_s:g} s at most (`start_timeout`)"
     with told_late(say, words):
-        return await _start(path, folder / "server.log", timeout_s, settings.get("python"))
+        return await _start(path, folder / "server.log", timeout_s, settings.get("python"), say)
 
 
-async def _start(settings: Path, log: Path, timeout_s: float, python: str | None) -> RunningServer:
+async def _start(
+    settings: Path, log: Path, timeout_s: float, python: str | None, say: Say
+) -> RunningServer:
     with log.open("ab") as sink:
         process = await start_python(
             "labrun.drivers.server.serve", str(settings), python=python,
@@ -199,6 +215,8 @@ async def _start(settings: Path, log: Path, timeout_s: float, python: str | None
         await stop(process, END_S)
         raise
     if said.get("ready"):
+        for words in said.get("closed", {}).values():
+            say(words)
         return RunningServer(process, str(said["url"]), list(said["devices"]), process.pid)
     if not said:  # its end is only just coming, and no signal must come between
         with contextlib.suppress(TimeoutError):

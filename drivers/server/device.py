@@ -1,6 +1,7 @@
 """A device on its server: one driver, its contract, its lease and its goals."""
 
 import asyncio
+import contextlib
 import logging
 import math
 import time
@@ -78,6 +79,12 @@ class ServedDevice:
             self._unlease()
         await self._status.open()
         self._owning = self._owner.open()
+
+    async def abandon(self) -> None:
+        """Release what a driver has of an instrument that it could not open: the next one needs it."""
+        with contextlib.suppress(Exception):  # it has just failed to open, for whatever reason
+            async with asyncio.timeout(self.stop_grace_s):
+                await self._driver.close()
 
     async def wind_down(self) -> None:
         """Accept no more goals, go to the safe state, and end every running goal."""

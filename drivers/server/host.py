@@ -5,6 +5,7 @@ import ssl
 import sys
 from collections.abc import AsyncIterator, Iterator
 from contextlib import ExitStack, asynccontextmanager, contextmanager, nullcontext
+from functools import partial
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -56,6 +57,10 @@ def make_device(
         raise ServeFault(f"device {name}: {in_words(fault)}") from fault
 
 
+def _anew(settings: ServerSettings, server: DeviceServer, name: str) -> ServedDevice:
+    return make_device(name, settings.devices[name], settings, server)
+
+
 @asynccontextmanager
 async def serving(settings: ServerSettings) -> AsyncIterator[tuple[DeviceServer, str]]:
     """A device server and its address, for as long as the block lasts; raises ServeFault."""
@@ -77,7 +82,8 @@ async def serving(settings: ServerSettings) -> AsyncIterator[tuple[DeviceServer,
         scheme = "https" if tls else "http"
         url = f"{scheme}://{_host_text(settings.host)}:{listener.getsockname()[1]}"
         try:
-            await server.open(devices)
+            anew = partial(_anew, settings, server) if settings.patient else None
+            await server.open(devices, anew)
             with _findable(url, token) if settings.token is None else nullcontext():
                 async with listening(server.app, listener, tls):
                     try:

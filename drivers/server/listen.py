@@ -77,6 +77,15 @@ def bind(host: str, port: int) -> socket.socket:
     return listener
 
 
+def free(host: str, port: int) -> bool:
+    """Whether a port is free."""
+    try:
+        with contextlib.closing(bind(host, port)):
+            return True
+    except OSError:  # socket.gaierror is one, too
+        return False
+
+
 def for_other_machines(host: str, url: str) -> str:
     """`; other machines reach it at ...`, for a server that listens on all addresses of this one."""
     if host not in ("", "0.0.0.0", "::"):

@@ -1,6 +1,7 @@
 """Serve devices in a separate process: `python -m labrun.drivers.server.serve SETTINGS.json`.
 
-One JSON line on stdout reports the start; all other output goes to stderr.
+One JSON line on stdout reports the start, and one each device whose instrument has come into reach
+later; all other output goes to stderr.
 """
 
 import asyncio
@@ -53,8 +54,12 @@ async def serve(settings: ServerSettings, tell: TextIO | None = None) -> None:
         present = ServerFile(settings, server.ledger.boot, url)
         present.announce()
         try:
-            devices = list(server.devices)
-            say({"ready": True, "url": url, "boot": server.ledger.boot, "devices": devices}, tell)
+            closed = {name: device.status["fault"] for name, device in server.closed.items()}
+            server.on_opened = lambda name: say({"opened": name}, tell)
+            say(
+                {"ready": True, "url": url, "boot": server.ledger.boot,
+                 "devices": list(settings.devices), "closed": closed}, tell,
+            )  # fmt: skip
             await _until_needless(server, settings, ended)
         finally:
             present.leave()
@@ -81,12 +86,12 @@ async def _until_needless(
 
 
 def say(line: dict[str, Any], tell: TextIO | None) -> None:
-    """The one line on stdout."""
+    """A line on stdout."""
     print(json.dumps(line), file=tell, flush=True)
 
 
 def own_stdout() -> TextIO:
-    """This process's stdout, for its one line alone.
+    """This process's stdout, for its own lines alone.
 
     What a driver prints goes to stderr from now on, and a program that a driver starts does not
     have the pipe: as long as one has it, a reader does not see that the server has died.

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import functools
 import logging
 import math
 import time
@@ -14,6 +15,7 @@ from socketio.exceptions import ConnectionRefusedError
 
 from ...schemas.messages import (
     NAMESPACE,
+    DeviceDescription,
     Goal,
     GoalReport,
     GoalState,
@@ -34,6 +36,9 @@ from .wire import wire
 BEAT_S = 1.0
 FLUSH_S = 1.0
 REFUSALS_KEPT = 10_000
+OPEN_AGAIN_S = 0.5
+OPEN_AGAIN_AT_MOST_S = 10.0
+"""How soon an instrument out of reach is tried again: at first, and at the latest."""
 MAX_BY = 200
 """Characters of the name of whoever stops a device."""
 MAX_MESSAGE_BYTES = 64 * 1024 * 1024
@@ -59,6 +64,10 @@ class DeviceServer:
     ) -> None:
         self.ledger = ledger
         self.devices: dict[str, ServedDevice] = {}
+        self.closed: dict[str, DeviceDescription] = {}
+        """Those whose instruments are out of reach, as they are described meanwhile."""
+        self.on_opened: Callable[[str], None] = lambda name: None
+        """Called with the name of one whose instrument has come into reach."""
         self.sessions: set[str] = set()
         self._listens_on = listens_on
         self._brake = Brake(token)
@@ -97,16 +106,53 @@ class DeviceServer:
             on(event, _always_answered(answer), namespace=NAMESPACE)
         on("*", self._unknown_event, namespace=NAMESPACE)
 
-    async def open(self, devices: Iterable[ServedDevice]) -> None:
-        """Open every device; raises DeviceClosed for the first that cannot be opened."""
+    async def open(
+        self, devices: Iterable[ServedDevice], anew: Callable[[str], ServedDevice] | None = None
+    ) -> None:
+        """Open every device; raises DeviceClosed for the first that cannot be opened.
+
+        With `anew`, which makes a device once more, it goes on without those that cannot, and tries
+        them again: meanwhile clients are refused, with the reason.
+        """
         abandoned = self.ledger.abandoned() | self.ledger.touched
         for device in devices:
             try:
-                await device.open(make_safe=device.name in abandoned)
-            except Exception as fault:  # a driver may raise anything if its hardware is missing
-                raise DeviceClosed(device.name, fault) from fault
-            self.devices[device.name] = device
+                await self._open(device, abandoned)
+            except DeviceClosed:
+                if anew is None:
+                    raise
+                await device.abandon()
         self._tasks = [keep("outbox", self._send), keep("signs of life", self._beat)]
+        if anew is not None:
+            for name in self.closed:
+                again = functools.partial(self._open_again, name, anew, abandoned)
+                self._tasks.append(keep(f"open {name}", again))
+
+    async def _open(self, device: ServedDevice, abandoned: set[str]) -> None:
+        try:
+            await device.open(make_safe=device.name in abandoned)
+        except Exception as fault:  # a driver may raise anything if its hardware is missing
+            closed = DeviceClosed(device.name, fault)
+            words = f"{closed}; its server tries again every {OPEN_AGAIN_AT_MOST_S:g} s"
+            status = {"fault": words}
+            self.closed[device.name] = device.describe().model_copy(update={"status": status})
+            raise closed from fault
+        self.devices[device.name] = device
+        if self.closed.pop(device.name, None) is not None:
+            self.on_opened(device.name)
+
+    async def _open_again(
+        self, name: str, anew: Callable[[str], ServedDevice], abandoned: set[str]
+    ) -> None:
+        pause_s = OPEN_AGAIN_S
+        while name in self.closed:
+            await asyncio.sleep(pause_s)
+            pause_s = min(2 * pause_s, OPEN_AGAIN_AT_MOST_S)
+            device = anew(name)
+            try:
+                await self._open(device, abandoned)
+            except DeviceClosed:
+                await device.abandon()
 
     async def make_safe(self) -> None:
         """Stop every device and report how its goals ended, while clients are still connected."""
@@ -163,6 +209,8 @@ class DeviceServer:
             await asyncio.sleep(BEAT_S)
             for device in self.devices.values():
                 device.beat()
+            for name, described in self.closed.items():
+                self.tell("status", {"device": name, **described.status}, set())
 
     async def _connect(self, session: str, environ: Any, auth: Any = None) -> None:
         host, origin = environ.get("HTTP_HOST", ""), environ.get("HTTP_ORIGIN")
@@ -182,7 +230,7 @@ class DeviceServer:
         self.sessions.discard(session)
 
     async def _describe(self, session: str, data: Answer) -> Answer:
-        described = {name: device.describe() for name, device in self.devices.items()}
+        described = {name: device.describe() for name, device in self.devices.items()} | self.closed
         mark = data.get("mark")
         return ServerDescription(
             boot=self.ledger.boot, ledger=self.ledger.id, mark=self.ledger.mark, devices=described,
@@ -230,7 +278,7 @@ class DeviceServer:
         self._refuse_again(goal)
         device = self._device(goal.device)
         try:
-            execution = await device.accept(goal, session, stops[device.name])
+            execution = await device.accept(goal, session, stops.get(device.name, 0))
         except Refused as refusal:
             self._remember(goal, refusal)
             raise
@@ -285,7 +333,9 @@ class DeviceServer:
 
     async def _stop(self, session: str, data: Answer) -> Answer:
         name = data.get("device")
-        devices = list(self.devices.values()) if name is None else [self._device(name)]
+        if name is not None and name not in self.closed:
+            self._device(name)
+        devices = [device for device in self.devices.values() if name in (None, device.name)]
         timeout_s = float(data.get("timeout_s") or math.inf)
         by = str(data.get("by") or "")[:MAX_BY]
         words = await asyncio.gather(
@@ -294,11 +344,14 @@ class DeviceServer:
                 for device in devices
             )
         )
-        told = {d.name: {"safe": s, "message": m} for d, (s, m) in zip(devices, words, strict=True)}
+        answers = dict(zip([device.name for device in devices], words, strict=True))
+        for closed, described in self.closed.items():
+            if name in (None, closed):
+                answers[closed] = False, f"{closed} may not be safe: {described.status['fault']}"
         return {
-            "safe": all(safe for safe, _ in words),
-            "message": "; ".join(message for _, message in words),
-            "devices": told,
+            "safe": all(safe for safe, _ in answers.values()),
+            "message": "; ".join(message for _, message in answers.values()),
+            "devices": {d: {"safe": safe, "message": m} for d, (safe, m) in answers.items()},
         }
 
     async def _picture(self, session: str, data: Answer) -> Answer:
@@ -310,6 +363,8 @@ class DeviceServer:
 
     def _device(self, name: str) -> ServedDevice:
         device = self.devices.get(name)
+        if device is None and name in self.closed:
+            raise Refused("REJECTED", self.closed[name].status["fault"])
         if device is None:
             there = ", ".join(sorted(self.devices))
             raise Refused("UNKNOWN_DEVICE", f"there is no device {name!r} here; there is {there}")

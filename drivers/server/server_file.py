@@ -10,6 +10,8 @@ from ...system.files import remove, write_whole
 from .settings import ServerSettings
 
 FILE = "server.json"
+SETTINGS = "server_settings.json"
+"""Beside it, from whoever started the server."""
 
 
 class ServerFile:
@@ -40,5 +42,5 @@ class ServerFile:
 
 def fingerprint(settings: ServerSettings) -> str:
     """Equal for servers that would serve the same, whoever started them and wherever."""
-    told = settings.model_dump(exclude={"owner_pid", "port"})
+    told = settings.model_dump(exclude={"owner_pid", "port", "patient"})
     return sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()

@@ -33,7 +33,8 @@ class ServerSettings(Model):
     With `idle_exit_s` the server exits when no client has been connected for that long and every
     device is safe, but not while the process `owner_pid` is running. With `ends_with_owner` it
     exits as soon as that process has ended and nobody holds a device. `stop_grace_s` is how long a
-    device may take to become safe.
+    device may take to become safe. With `patient` it serves without the devices whose instruments
+    are out of reach, and goes on trying to open them.
     """
 
     devices: dict[Name, DeviceSettings] = Field(min_length=1)
@@ -45,6 +46,7 @@ class ServerSettings(Model):
     port: int = Field(default=0, ge=0, le=65535)
     token: str | None = Field(default=None, min_length=1)
     own_token: bool = False
+    patient: bool = False
     tls: TlsFiles | None = None
     owner_pid: int | None = None
     ends_with_owner: bool = False

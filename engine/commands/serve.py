@@ -23,7 +23,15 @@ def serve(
         list[str] | None, typer.Argument(help="Which of its devices; default: all with a driver.")
     ] = None,
     host: Annotated[str, typer.Option(help="The address to listen on.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="The port of the first device.")] = FIRST_PORT,
+    port: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            max=65535,
+            show_default=f"{FIRST_PORT}, or the next free one",
+            help="The port of the first device; 0 picks free ones.",
+        ),
+    ] = None,
     token: Annotated[
         str | None,
         typer.Option(
@@ -76,9 +84,10 @@ def _note(lab: LoadedLab, folder: Path) -> None:
 
 
 def _configs(
-    lab: LoadedLab, names: list[str] | None, folder: Path, host: str, port: int,
+    lab: LoadedLab, names: list[str] | None, folder: Path, host: str, port: int | None,
     token: str | None, one: bool,
 ) -> list[dict]:  # fmt: skip
+    from ...drivers.server.gate import is_loopback
     from ..dispatch.connect import server_config
 
     ours = {n: d for n, d in lab.lab.devices.items() if d.driver is not None}
@@ -90,16 +99,52 @@ def _configs(
     if one and len({device.python for device in chosen.values()}) > 1:
         fail("devices with different `python` cannot share one server; leave out --one")
     groups = [chosen] if one else [{name: device} for name, device in chosen.items()]
-    configs = []
+    configs: list[dict] = []
+    taken = {device.port for device in ours.values() if device.port is not None}
     for index, group in enumerate(groups):
         config = server_config(group, lab, folder.resolve())
-        fixed = next(iter(group.values())).port
+        own = next(iter(group.values())).port
+        if own is None and port is None and is_loopback(host):
+            at = _next_free(Path(config["folder"]), host, FIRST_PORT + index, taken)
+        else:
+            at = own or (0 if port == 0 else (port or FIRST_PORT) + index)
+            _refuse_taken(Path(config["folder"]), host, at, own is not None)
+        taken.add(at)
         config.update(
-            host=host, port=fixed or (port + index if port else 0), token=token,
-            owner_pid=os.getpid(), ends_with_owner=True,
+            host=host, port=at, token=token, owner_pid=os.getpid(), ends_with_owner=True,
+            patient=len(chosen) > 1,
         )  # fmt: skip
         configs.append(config)
     return configs
+
+
+def _next_free(folder: Path, host: str, first: int, taken: set[int]) -> int:
+    """The port of a server that was left here, where its clients wait; or one that nobody has.
+
+    This user's commands find a server by its folder, at whatever port.
+    """
+    from ...drivers.server.listen import free
+    from ..dispatch.served_lab import holder_of, live_servers
+
+    for _, words in live_servers(folder):
+        return int(words["url"].rpartition(":")[2])
+    at = next((at for at in range(first, 65536) if at not in taken and free(host, at)), first)
+    if at > first == FIRST_PORT:
+        holder = holder_of(first) or "another program"
+        say(f"port {first} is in use by {holder}; the next free ones are taken")
+    return at
+
+
+def _refuse_taken(folder: Path, host: str, port: int, by_lab: bool) -> None:
+    """End the command where `labrun serve` has another lab at a port that labs of others may name."""
+    from ...drivers.server.listen import free
+    from ..dispatch.served_lab import holder_of, live_servers
+
+    if not any(live_servers(folder)) and not free(host, port):
+        holder = holder_of(port)
+        if holder is not None:
+            way = "change `port` in the lab" if by_lab else "give another --port"
+            fail(f"port {port} is in use by {holder}: end that, or {way}", NOT_REACHED)
 
 
 async def _serve(configs: list[dict], lab: LoadedLab) -> int:

@@ -129,7 +129,8 @@ async def _watch(serving: "Serving", label: str, shown: dict[str, str], *, follo
 def _words(described) -> Iterator[str]:
     status = dict(described.status)
     state = status.pop("state", None)
-    yield str(state) if state is not None else "ready"
+    if state is not None or "fault" not in status:
+        yield str(state) if state is not None else "ready"
     yield from status_words(status)
     if described.stopped:
         yield described.stopped

@@ -245,5 +245,5 @@ async def _lease(device: str, connections: Connections, owner: str) -> None:
             f"`labrun stop {device}` stops the device at once",
         ) from fault  # fmt: skip
     except ServerUnreachable as fault:
-        raise NotReached(f"device {device!r} at {client.url}: {fault}") from fault
+        raise NotReached(f"device {device!r} at {client.url}: {fault.reason}") from fault
     connections.leased.append(device)

@@ -9,7 +9,7 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
-from ...drivers.server.server_file import FILE
+from ...drivers.server.server_file import FILE, SETTINGS
 from ...schemas.lab import LabDevice
 from ...system.files import remove, write_whole
 from ...system.process import alive
@@ -21,18 +21,26 @@ CHOSEN = "chosen_folders.txt"
 
 def serve_home(lab: LoadedLab) -> Path:
     """Where `labrun serve` keeps a lab's, wherever it is given: a device's ledger must be found again."""
-    from platformdirs import user_state_path
-
     name = lab.served_as or "simulated"
     if lab.path is not None and not lab.served_as:
         path = lab.path.resolve()
         name = f"{path.stem}-{blake2b(str(path).encode(), digest_size=4).hexdigest()}"
-    return user_state_path("labrun", appauthor=False) / "servers" / name
+    return _homes() / name
+
+
+def _homes() -> Path:
+    from platformdirs import user_state_path
+
+    return user_state_path("labrun", appauthor=False) / "servers"
 
 
 def serving_folders(lab: LoadedLab) -> list[Path]:
     """Where its servers may be: its home, and the folders that a person chose."""
-    home, chosen = serve_home(lab), ""
+    return _folders(serve_home(lab))
+
+
+def _folders(home: Path) -> list[Path]:
+    chosen = ""
     with contextlib.suppress(OSError):
         chosen = (home / CHOSEN).read_text(encoding="utf-8")
     return [home, *map(Path, chosen.splitlines())]
@@ -91,6 +99,19 @@ def served_at(lab: LoadedLab, device: str) -> str | None:
         return None  # the simulated lab is each run's own
     live = (words for folder in serving_folders(lab) for _, words in live_servers(folder))
     return next((str(words["url"]) for words in live if device in words["devices"]), None)
+
+
+def holder_of(port: int) -> str | None:
+    """Which devices `labrun serve` has at a port of this machine, of which lab, by which process."""
+    for home in _homes().glob("*"):
+        for path, words in (found for folder in _folders(home) for found in live_servers(folder)):
+            if str(words["url"]).endswith(f":{port}"):
+                lab, where = home.name.rpartition("-")[0] or home.name, ""
+                with contextlib.suppress(OSError, ValueError, KeyError):
+                    where = f" in {json.loads(path.with_name(SETTINGS).read_bytes())['base']}"
+                served = ", ".join(words["devices"])
+                return f"{served} of the lab {lab!r}{where} (process {words.get('owner')})"
+    return None
 
 
 def live_servers(folder: Path) -> Iterator[tuple[Path, dict[str, Any]]]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...drivers.client.launch import SETTINGS
+from ...drivers.server.server_file import SETTINGS
 from ..lab.lab import LoadedLab
 from ..run.folder import all_runs, is_live
 from .connect import base_of, servers_folder

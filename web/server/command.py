@@ -111,8 +111,8 @@ def _options(
 
 def _next_free(host: str, protocols: Path) -> int:
     """The first port that is free; ends the command where a page of the same folder is at one before it."""
+    from ...drivers.server.listen import free
     from ...drivers.server.tokens import found, with_token
-    from .serving import free
 
     for port in range(PORT, PORT + NEXT):
         if free(host, port):

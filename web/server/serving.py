@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import socket
 from collections.abc import Callable, Iterator, MutableMapping
 from typing import Any
 
@@ -92,12 +91,3 @@ async def _end_runs(app_state: AppState) -> None:
     if app_state.runs.live_runs():
         await app_state.stopping.stop_all()
     await in_time(asyncio.gather(*(run.over() for run in app_state.runs.live_runs())), END_S)
-
-
-def free(host: str, port: int) -> bool:
-    """Whether a port is free."""
-    try:
-        with contextlib.closing(bind(host, port)):
-            return True
-    except (OSError, socket.gaierror):
-        return False

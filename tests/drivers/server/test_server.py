@@ -512,3 +512,44 @@ def test_a_program_may_use_any_name_of_this_machine(bench, host):
             return described
 
     assert asyncio.run(story())["ok"]
+
+
+def test_one_whose_instrument_is_out_of_reach_is_refused_with_the_reason_until_it_can_be_opened(
+    bench, monkeypatch
+):
+    monkeypatch.setattr("labrun.drivers.server.server.OPEN_AGAIN_S", 0.01)
+
+    async def story():
+        lent, opened = bench.serving(config={"missing": True}, patient=True), asyncio.Event()
+        async with lent as (server, url), bench.raw(url) as raw:
+            server.on_opened = lambda name: opened.set()
+            said = [
+                await raw.call("lease", device="arm", owner="raw", ttl_s=30.0),
+                await raw.call("goal", id="g0", device="arm", boot="", epoch=1, action="go", params={}),
+                await raw.call("goal", id="g0", device="arm", boot=server.ledger.boot, epoch=1,
+                               action="go", params={"x": 1}),
+                await raw.call("stop"),
+                await raw.call("stop", device="arm"),
+            ]  # fmt: skip
+            described = (await raw.call("describe"))["devices"]["arm"]
+            (bench.folder / "world").mkdir(exist_ok=True)
+            (bench.folder / "world" / "plugged").touch()
+            await opened.wait()
+            fault = (await raw.call("describe"))["devices"]["arm"]["status"].get("fault")
+            late = await raw.call("goal", id="g0", device="arm", boot=server.ledger.boot, epoch=1,
+                                  action="go", params={"x": 1})  # fmt: skip
+            done = await raw.call("goal", **await raw.leased())
+            await raw.update("g1", "SUCCEEDED")
+        return said, described, fault, late, done["ok"]
+
+    (lease, stale, goal, stop, stop_arm), described, fault, late, done = asyncio.run(story())
+
+    words = "device arm cannot be opened: nothing answers on /dev/nowhere; its server tries again"
+    assert (lease["code"], goal["code"], stale["code"]) == ("REJECTED", "REJECTED", "STALE_BOOT")
+    assert lease["message"].startswith(words) and goal["message"].startswith(words)
+    assert stop["safe"] is stop_arm["safe"] is False
+    assert stop_arm["devices"]["arm"]["message"].startswith(f"arm may not be safe: {words}")
+    assert described["status"]["fault"].startswith(words)
+    assert described["contract"]["type"] == "scripted@1"
+    assert (fault, late["code"], done) == (None, "STALE_EPOCH", True)
+    assert len([deed for deed in bench.deeds() if deed.startswith("arm go")]) == 1

@@ -11,8 +11,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+import typer
 
 from labrun.drivers.server.listen import for_other_machines
+from labrun.engine.commands import serve
+from labrun.engine.dispatch.served_lab import serve_home
+from labrun.engine.lab.lab import load_lab
 from labrun.system.process import alive
 
 LAB = "name: mine\nsimulated: true\ndevices: {b: {contract: balance@1, driver: sim_balance}}\n"
@@ -170,6 +174,66 @@ def test_a_slow_start_says_what_it_waits_for_and_an_end_does_not_wait_for_it(tmp
     assert said == (
         "labrun: waiting for the server of b to start, 40 s at most (`start_timeout`)\n"
     )
+
+
+@pytest.mark.soak
+def test_an_instrument_out_of_reach_keeps_no_other_from_being_served(tmp_path):
+    (tmp_path / "lab.yaml").write_text(
+        LAB.replace(
+            "{b: {",
+            f"{{a: {{contract: balance@1, driver: balance, config: {{port: {tmp_path}/no}}}}, b: {{",
+        )
+    )
+    with serving(tmp_path, "lab.yaml") as (_, at, process):
+        assert process.stderr is not None
+        said = next(line for line in process.stderr if "waiting for" not in line)
+        away, there = (
+            labrun(tmp_path, "call", f"{name}.weigh", "--lab", "lab.yaml") for name in "ab"
+        )
+        stopped = labrun(tmp_path, "stop", "a", "--lab", "lab.yaml")
+    alone = labrun(tmp_path, "serve", "lab.yaml", "a", "--port", "0")
+
+    why = f"device a cannot be opened: there is no port {tmp_path}/no"
+    assert at.startswith("b at ") and said.startswith(f"labrun: {why}")
+    assert away.returncode == alone.returncode == 4
+    assert f": {why}" in away.stderr and away.stderr.endswith("Nothing was sent.\n")
+    assert there.returncode == 0, there.stderr
+    assert stopped.returncode == 1 and f"a may not be safe: {why}" in stopped.stderr
+
+
+@pytest.mark.parametrize("chosen", ["no port", "by the lab", "--port"])
+def test_a_second_lab_takes_other_ports_or_says_who_holds_the_one_that_it_names(
+    tmp_path, capsys, monkeypatch, chosen
+):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        monkeypatch.setattr(serve, "FIRST_PORT", port)
+        (tmp_path / "first.yaml").write_text(LAB)
+        own = f", port: {port}" if chosen == "by the lab" else ""
+        (tmp_path / "second.yaml").write_text(LAB.replace("sim_balance", f"sim_balance{own}"))
+        first, second = (load_lab(tmp_path / f"{name}.yaml")[0] for name in ("first", "second"))
+        server = serve_home(first) / "b" / "server.json"
+        server.parent.mkdir(parents=True)
+        words = {
+            "pid": os.getpid(),
+            "owner": 7,
+            "url": f"http://127.0.0.1:{port}",
+            "devices": ["b"],
+        }
+        server.write_text(json.dumps(words))
+        server.with_name("server_settings.json").write_text(json.dumps({"base": "/labs"}))
+        asked = {"port": port if chosen == "--port" else None, "host": "127.0.0.1", "one": False}
+        try:
+            (config,) = serve._configs(second, None, serve_home(second), token=None, **asked)
+        except typer.Exit as end:
+            config = {"status": end.exit_code}
+
+    said = capsys.readouterr().err
+    holder = f"port {port} is in use by b of the lab 'first' in /labs (process 7)"
+    assert holder in said
+    assert config["port"] > port if chosen == "no port" else config == {"status": 4}
 
 
 def labrun(cwd, *words):
