@@ -10,7 +10,7 @@ from ..motion.faults import Lost, MotionFault, NotConnected, Restarted, Silent
 from ..serial_io.any_port import lost_words, open_port
 from ..serial_io.condition import Condition
 from ..serial_io.open_port import OpenPort
-from .faults import Alarmed, GrblRefused
+from .faults import Alarmed, GrblRefused, reset_in_homing
 from .firmware import Firmware, firmware_of
 from .parse_line import Lines, ParsedLine, understand
 from .report import Report, ReportReader
@@ -277,6 +277,8 @@ class Controller:
             self.on_report()
 
     def _hear_alarm(self, code: int) -> None:
+        if self._reset_asked and self.contact is Contact.HOMING:
+            code = reset_in_homing(code)
         self.alarm, self.homed = self.kind.alarm(code), False
         if code == self.kind.unhomed:
             return

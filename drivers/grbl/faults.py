@@ -17,6 +17,11 @@ class GrblRefused(Refused):
 SOFT_LIMIT = 2
 
 
+def reset_in_homing(code: int) -> int:
+    """The alarm of a reset that was asked for: 8 or 9 instead of 6 where a switch is engaged just then."""
+    return 6 if code in (8, 9) else code
+
+
 class Alarmed(MotionFault):
     """`ALARM:N` while a line was being executed."""
 

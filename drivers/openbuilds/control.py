@@ -12,7 +12,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from ...system.tasks import end
-from ..grbl.faults import Alarmed, GrblRefused
+from ..grbl.faults import Alarmed, GrblRefused, reset_in_homing
 from ..grbl.firmware import Firmware, firmware_of
 from ..motion.faults import Lost, MotionFault, NotConnected, Restarted, Silent
 from ..serial_io.condition import Condition
@@ -220,7 +220,7 @@ class Control:
             raise OSError(
                 f"OpenBuilds CONTROL at {self.url} has closed {self._port_name()} again: nothing on it "
                 f"responded in time; is the controller switched on, and is this its port? A board that "
-                f"takes two seconds to boot is too slow for it"
+                f"takes more than 1.5 s to boot is too slow for it"
             )
 
     def _pending(self) -> bool:
@@ -349,6 +349,8 @@ class Control:
 
     def _alarm(self, text: Any = "") -> None:
         code = _number(text)
+        if asyncio.get_running_loop().time() <= self._reset_until:
+            code = reset_in_homing(code)
         if code == self.kind.unhomed:
             self.homed = False
             return

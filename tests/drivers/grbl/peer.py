@@ -75,6 +75,7 @@ class Peer:
         self.homing_fails = (
             0  # 9: it finds no switch along one and a half times its travel; 8: stuck
         )
+        self.aborts_as = 6  # by a reset as it homes; 8 while it leaves its switch
         self.eats_ok_of = None  # a line whose next `ok` is lost
         self.refuses = {}  # line -> the error that it answers instead of obeying
         self.reset_at = None  # machine X at which its reset button is pressed, and held
@@ -326,7 +327,7 @@ class Peer:
         homing = self.homing_until is not None
         if self.dead_at is None and (was_moving or homing):
             self._stand()
-            self.say(f"ALARM:{6 if homing else 3}")
+            self.say(f"ALARM:{self.aborts_as if homing else 3}")
             self.state = "Alarm"
             self._clear()
             self._late_banner, self._ready_at = True, self.now() + SWALLOW_S

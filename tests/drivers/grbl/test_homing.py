@@ -68,9 +68,12 @@ def test_homing_that_is_switched_off_says_how_to_go_on(peers, gantry, played):
     played(gantry(peers(settings={22: 0})), story, homed=False)
 
 
-@pytest.mark.parametrize("way", ["cancel", "safe", "hold"])
-def test_homing_can_be_broken_off_and_the_place_is_then_unknown(peers, gantry, played, way):
+@pytest.mark.parametrize(("way", "aborts_as"), [("cancel", 8), ("safe", 6), ("hold", 9)])
+def test_homing_can_be_broken_off_and_the_place_is_then_unknown(
+    peers, gantry, played, way, aborts_as
+):
     peer = peers(speed=4, homing_s=16.6)
+    peer.aborts_as = aborts_as
 
     async def story(driver):
         goal = GoalContext("h")

@@ -290,15 +290,19 @@ def test_homing_that_does_not_end_is_reset_and_told_with_the_setting_that_gives_
     peers, played
 ):
     peer = peers(homing_s=10_000.0)
+    peer.aborts_as = 8
 
     async def story(driver, control):
         with pytest.raises(
             ActionFailed, match=r"within 0.4 s and was reset.*`homing_timeout`"
         ) as f:
             await driver.home(GoalContext("h"))
-        return f.value.name
+        return f.value.name, (await until(driver, lambda s: "ALARM" in s["alarm"]))["alarm"]
 
-    assert played(peer, story, homed=False, homing_timeout=0.4) == "HomingFailed"
+    name, alarm = played(peer, story, homed=False, homing_timeout=0.4)
+
+    assert name == "HomingFailed"
+    assert "ALARM:6" in alarm
 
 
 def test_homing_that_fails_says_why(peer, played):
