@@ -1,7 +1,6 @@
 """Infer the type of an expression before the run, and find what cannot work in it."""
 
 import ast
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -11,6 +10,7 @@ from .expression import CONSTANTS, TIMES, Expression, step_of
 from .functions import LITERAL
 from .infer_call import type_of_call
 from .own_functions import OwnFunction
+from .read_expression import as_written
 from .suggest import closest, did_you_mean, listed
 from .types import (
     ANY,
@@ -27,7 +27,6 @@ from .types import (
 )  # fmt: skip
 
 PLAIN_KINDS = {"boolean", "number", "text", "list", "map"}
-WRITTEN = re.compile(rf"{LITERAL}\(([^,()]*), '([^']*)'\)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +105,7 @@ class Inference:
         for part in node.generators:
             items = self.of(part.iter)
             if items.kind not in ("list", "any", "null"):
-                self.fault("E308", f"{_text(part.iter)} is {in_words(items)}, not a list")
+                self.fault("E308", f"{as_written(part.iter)} is {in_words(items)}, not a list")
             item = items.item or ANY
             targets = part.target.elts if isinstance(part.target, ast.Tuple) else []
             own = {one.id: item.item or ANY for one in targets if isinstance(one, ast.Name)}
@@ -185,7 +184,9 @@ class Inference:
                 return self._field(owner, index.value, node)
             return ANY
         if owner.kind in ("number", "boolean"):
-            return self.fault("E308", f"{_text(node.value)} is {in_words(owner)} and has no items")
+            return self.fault(
+                "E308", f"{as_written(node.value)} is {in_words(owner)} and has no items"
+            )
         return TEXT if owner.kind == "text" else ANY
 
     def _list(self, node: ast.List | ast.Tuple) -> Type:
@@ -200,7 +201,9 @@ class Inference:
         if isinstance(node.op, ast.Not):
             return BOOLEAN
         if operand.kind not in ("any", "null", "number"):
-            return self.fault("E308", f"{_text(node.operand)} is {in_words(operand)}, not a number")
+            return self.fault(
+                "E308", f"{as_written(node.operand)} is {in_words(operand)}, not a number"
+            )
         return operand if self._steady(node.operand, operand) else ANY
 
     def _boolop(self, node: ast.BoolOp) -> Type:
@@ -212,8 +215,10 @@ class Inference:
                     continue  # `x or 5 mm`, for an x that may be null
                 whole = ast.Compare(before.left, before.ops[:1], [value])
                 word = "or" if isinstance(node.op, ast.Or) else "and"
-                message = f"{_text(value)} alone is no condition"
-                self.fault("E308", message, f"write {_text(before)} {word} {_text(whole)}")
+                message = f"{as_written(value)} alone is no condition"
+                self.fault(
+                    "E308", message, f"write {as_written(before)} {word} {as_written(whole)}"
+                )
         return either(types)
 
     def _ifexp(self, node: ast.IfExp) -> Type:
@@ -243,15 +248,17 @@ class Inference:
             hint = "the time between two moments is their difference; elapsed() is that since the start"
         elif len(kinds) == 2 and kinds <= PLAIN_KINDS and kinds & {"map", "list", "text"}:
             node, one = (a, left) if left.kind in ("map", "list") else (b, right)
-            hint = f"such as {_text(node)}.{next(iter(one.fields))}" if one.fields else ""
+            hint = f"such as {as_written(node)}.{next(iter(one.fields))}" if one.fields else ""
         if hint is not None:
-            message = f"{_text(a)} is {in_words(left)} and {_text(b)} is {in_words(right)}"
+            message = (
+                f"{as_written(a)} is {in_words(left)} and {as_written(b)} is {in_words(right)}"
+            )
             self.fault("E308", f"{message}; they cannot be compared", hint)
             return
         for (node, one), (asked, other) in (((a, left), (b, right)), ((b, right), (a, left))):
             self._one_of_its_choices(node, one, asked)
             if one.difference and other.unit is not None and has_offset(other.unit):
-                message = f"{_text(node)} is a difference, and {_text(asked)} a place on a scale"
+                message = f"{as_written(node)} is a difference, and {as_written(asked)} a place on a scale"
                 self.fault("E308", message, "give a difference of temperatures in K, such as 1 K")
         self.go_together(a, left, b, right, "compared")
 
@@ -261,7 +268,7 @@ class Inference:
             return
         if asked.value is not None and asked.value not in one.choices:
             guess = did_you_mean(str(asked.value), one.choices)
-            message = f"{_text(node)} is never {asked.value!r}{guess}"
+            message = f"{as_written(node)} is never {asked.value!r}{guess}"
             self.fault("E308", message, f"it is one of {listed(one.choices)}")
 
     def _binop(self, node: ast.BinOp) -> Type:
@@ -305,16 +312,14 @@ class Inference:
         )
         if a_time and (isinstance(node.op, ast.Add) or (less and left.kind == "moment")):
             return MOMENT
-        message = (
-            f"{_text(node.left)} is {in_words(left)} and {_text(node.right)} is {in_words(right)}"
-        )
+        message = f"{as_written(node.left)} is {in_words(left)} and {as_written(node.right)} is {in_words(right)}"
         hint = "two moments may be subtracted, and a time such as 5 min be added to one"
         return self.fault("E308", f"{message}; they cannot be combined", hint)
 
     def _steady(self, node: ast.AST, one: Type) -> bool:
         if one.unit is None or not has_offset(one.unit):
             return True
-        message = f"{_text(node)} is in {one.unit}, whose zero is arbitrary"
+        message = f"{as_written(node)} is in {one.unit}, whose zero is arbitrary"
         self.fault("E308", message, "compute in K; a difference of temperatures is in K, too")
         return False
 
@@ -327,11 +332,11 @@ class Inference:
         if all(offset):
             if less:
                 return Type("number", "K", difference=True)
-            message = f"{_text(node)}: two places on a scale cannot be added"
+            message = f"{as_written(node)}: two places on a scale cannot be added"
             return self.fault("E308", message, "add a difference in K")
         if less and not offset[0] and left.unit is not None:
             return self.fault(
-                "E308", f"{_text(node)}: K less degC", "give both in degC, or both in K"
+                "E308", f"{as_written(node)}: K less degC", "give both in degC, or both in K"
             )
         return left if offset[0] else right
 
@@ -340,7 +345,7 @@ class Inference:
         hint = (
             "" if "text" not in (left.kind, right.kind) else "insert values into text with ${{ }}"
         )
-        return self.fault("E308", f"{_text(side)} is {in_words(wrong)}, not a number", hint)
+        return self.fault("E308", f"{as_written(side)} is {in_words(wrong)}, not a number", hint)
 
     def go_together(self, a: ast.AST, left: Type, b: ast.AST, right: Type, verb: str) -> bool:
         """True where two numbers have units of one dimension; records a fault where not."""
@@ -351,7 +356,7 @@ class Inference:
         if left.unit and right.unit and same_dimension(left.unit, right.unit):
             return True
         message = (
-            f"{_text(a)} is {in_words(left)} and {_text(b)} is {in_words(right)}; "
+            f"{as_written(a)} is {in_words(left)} and {as_written(b)} is {in_words(right)}; "
             f"they cannot be {verb}"
         )
         unit = left.unit or right.unit
@@ -373,7 +378,7 @@ class Inference:
     def _power(self, node: ast.BinOp, left: Type, right: Type) -> Type:
         if right.unit is not None:
             return self.fault(
-                "E308", f"{_text(node.right)} is {in_words(right)}; an exponent has no unit"
+                "E308", f"{as_written(node.right)} is {in_words(right)}; an exponent has no unit"
             )
         if left.unit is None:
             return NUMBER
@@ -397,12 +402,6 @@ def _is_literal(node: ast.AST) -> bool:
     return isinstance(node, ast.Constant) and not isinstance(node.value, bool | None)
 
 
-def _text(node: ast.AST) -> str:
-    """A part of an expression, as close as possible to how it was written."""
-    text = WRITTEN.sub(r"\1 \2", ast.unparse(node))
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
 def _called(node: ast.AST) -> str:
     """How messages name the owner of a field: a step by its id, anything else as written."""
     if (
@@ -411,4 +410,4 @@ def _called(node: ast.AST) -> str:
         and node.value.id == "steps"
     ):
         return f"'{node.attr}'"
-    return _text(node)
+    return as_written(node)

@@ -11,6 +11,7 @@ from .calculations import CALCULATIONS
 from .functions import FUNCTIONS, LITERAL
 from .grid import FITS, ORDERS
 from .own_functions import misfit
+from .read_expression import as_written
 from .suggest import did_you_mean, listed
 from .types import ANY, INTEGER, MOMENT, NUMBER, TEXT, Type, either, fields, in_words, number
 
@@ -40,7 +41,7 @@ def type_of_call(inference: "Inference", node: ast.Call) -> Type:
         return ANY
     if name in OPTIONS and (fault := _unknown_option(inference, name, node)) is not None:
         return fault
-    return _result(inference, name, bound.arguments)
+    return _result(inference, name, bound.arguments, as_written(node))
 
 
 OPTIONS = {"span": ("fit", FITS), "grid": ("order", ORDERS)}
@@ -93,9 +94,9 @@ def _own(inference: "Inference", name: str, given: list[Type], named: dict[str, 
     return function.returns
 
 
-def _result(inference: "Inference", name: str, given: dict[str, Any]) -> Type:
+def _result(inference: "Inference", name: str, given: dict[str, Any], said: str) -> Type:
     if name == "span":
-        return _span(inference, given)
+        return _span(inference, given, said)
     if name == "grid":
         return _grid(inference, given)
     if name == "inside":
@@ -112,11 +113,11 @@ def _result(inference: "Inference", name: str, given: dict[str, Any]) -> Type:
     if name == "range":
         return Type("list", item=INTEGER)
     if name in CALCULATIONS:
-        return _calculation(inference, name, given)
+        return _calculation(inference, name, given, said)
     return {"len": INTEGER, "now": MOMENT, "elapsed": number("s")}.get(name, TEXT)
 
 
-def _calculation(inference: "Inference", name: str, given: dict[str, Any]) -> Type:
+def _calculation(inference: "Inference", name: str, given: dict[str, Any], said: str) -> Type:
     first = next(iter(given.values()), ANY)
     if not isinstance(first, Type):  # `zip` takes any number of lists
         return type_of_calculation(name, given)
@@ -125,16 +126,16 @@ def _calculation(inference: "Inference", name: str, given: dict[str, Any]) -> Ty
         takes_more = name in CALCULATIONS and name not in OF_LISTS | OF_NUMBERS
         if not takes_more and not (name == "int" and first.kind == "text"):
             what = "a list" if wanted == "list" else "a number"
-            return inference.fault("E308", f"{name} takes {what}, not {in_words(first)}")
+            return inference.fault("E308", f"{said}: {name} takes {what}, not {in_words(first)}")
     if name in BARE and first.unit is not None:
-        message = f"{name} takes a plain number, not {in_words(first)}"
+        message = f"{said}: {name} takes a plain number, not {in_words(first)}"
         return inference.fault(
             "E308", message, f"divide by a unit first: {name}(x / (1 {first.unit}))"
         )
     angle = first.unit is None or same_dimension(first.unit, "rad")
     if name in ("sin", "cos", "tan") and first.kind == "number" and not angle:
         return inference.fault(
-            "E308", f"{name} takes an angle, not {in_words(first)}", "such as 30 deg"
+            "E308", f"{said}: {name} takes an angle, not {in_words(first)}", "such as 30 deg"
         )
     return type_of_calculation(name, given)
 
@@ -148,16 +149,16 @@ def _table(inference: "Inference", node: ast.Call) -> Type:
     return inference.noted(inference.names.table(node.args[0].value, kinds))  # type: ignore[attr-defined]
 
 
-def _span(inference: "Inference", given: dict[str, Any]) -> Type:
+def _span(inference: "Inference", given: dict[str, Any], said: str) -> Type:
     parts = [given[name] for name in ("start", "stop", "step")]
     united = next((part for part in parts if part.unit is not None), None)
     for name, part in zip(("start", "stop", "step"), parts, strict=True):
         if part.kind not in ("number", "any", "null"):
-            return inference.fault("E308", f"span: {name} is {in_words(part)}, not a number")
+            return inference.fault("E308", f"{said}: {name} is {in_words(part)}, not a number")
         if united is None or part.kind != "number" or part.zero:
             continue
         if part.unit is None or not same_dimension(part.unit, united.unit or ""):
-            message = f"span: {name} is {in_words(part)}, the others are {in_words(united)}"
+            message = f"{said}: {name} is {in_words(part)}, the others are {in_words(united)}"
             return inference.fault("E308", message)
     return Type("list", item=number(united.unit) if united else NUMBER)
 

@@ -13,6 +13,7 @@ from .functions import FUNCTIONS, LITERAL
 from .operators import OPERATORS
 from .suggest import did_you_mean
 
+WRITTEN = re.compile(rf"{LITERAL}\(([^,()]*), '([^']*)'\)")
 LONGEST = 2000
 GOES_ON = re.compile(r"(?:[-+*/%<>=,.]|\b(?:if|else|and|or|not|in|for))\s*$")
 """How an expression ends that something is still missing of."""
@@ -160,10 +161,18 @@ def _refuse(tree: ast.Expression, own: frozenset[str]) -> None:
     raise ExpressionError("the expression is nested too deeply; compute part of it with `set`")
 
 
+def as_written(node: ast.AST) -> str:
+    """A part of an expression, as close as possible to how it was written."""
+    text = WRITTEN.sub(r"\1 \2", ast.unparse(node))
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
 def _refuse_node(node: ast.AST, own: frozenset[str]) -> None:
     if not isinstance(node, ALLOWED):
-        power = "; `**` is a power" if isinstance(node, ast.BitXor) else ""
-        raise ExpressionError(f"{_construct(node)} is not allowed in an expression{power}")
+        more = "; `**` is a power" if isinstance(node, ast.BitXor) else ""
+        if isinstance(node, ast.expr):
+            more = f": {as_written(node)}"
+        raise ExpressionError(f"{_construct(node)} is not allowed in an expression{more}")
     if isinstance(node, ast.Constant) and not _usable(node.value):
         if isinstance(node.value, float):
             raise ExpressionError("a number that is too large")

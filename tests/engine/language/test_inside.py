@@ -119,6 +119,8 @@ def test_the_checker_knows_what_comes_out():
         ("inside(p, p, 1 s)", "E308", "margin is a time (s), and x of the points is a length (mm)"),
         ("inside(p, p, 1)", "E308", "margin is a whole number"),
         ("inside(p, p, t)", "E308", "margin is text"),
+        ("1 + sqrt(4) - sqrt(t)", "E308", "sqrt(t): sqrt takes a number, not text"),
+        ("sin(n) + sin(2 mm)", "E308", "sin(2 mm): sin takes an angle, not a length (mm)"),
     ],
 )
 def test_the_checker_finds_what_cannot_work(text, code, words):
