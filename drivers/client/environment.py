@@ -10,10 +10,10 @@ OLDEST = (3, 11)
 ASK = """
 import sys
 sys.path.remove("")
+from importlib import metadata
 try:
-    import labrun
-    print("python", *sys.version_info[:2], labrun.__version__)
-except (ImportError, SyntaxError, AttributeError):
+    print("python", *sys.version_info[:2], metadata.version("labrun"))
+except metadata.PackageNotFoundError:
     print("python", *sys.version_info[:2], "-")
 """
 
