@@ -329,7 +329,8 @@ def _told_well(log_mass: FloatArray, covariance: FloatArray, counted: BoolArray)
     """Which of those counted have a part of the whole with a bearable error, (n,)."""
     counted = counted.copy()
     while counted.any():
-        parts = np.where(counted, np.exp(log_mass - log_mass[counted].max()), 0.0)
+        # What is not counted may be any number, too great a one for exp.
+        parts = np.exp(np.where(counted, log_mass - log_mass[counted].max(), -np.inf))
         turn = np.eye(len(parts)) - parts / parts.sum()
         error = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", turn, covariance, turn), 0.0))
         if not np.any(error[counted] > MOST_ERROR):

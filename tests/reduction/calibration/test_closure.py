@@ -171,6 +171,14 @@ def test_what_lines_leave_open_goes_toward_what_rocks_are_made_of():
     assert closure._as_rocks(drawn, names, ~rock) is drawn
 
 
+def test_an_amount_that_is_not_counted_may_be_any_number():
+    told = closure._told_well(
+        np.array([0.0, 1.0, 800.0]), 0.01 * np.eye(3), np.array([True, True, False])
+    )
+
+    assert told.tolist() == [True, True, False]
+
+
 LEVEL_BEND = Bend(np.empty(0), np.empty(0), np.empty((0, 0)))
 
 
