@@ -7,7 +7,6 @@ spectra.
 import numpy as np
 
 from .kernel import inner_kernel, kernel
-from .same_axis import of_axis
 from .spectrum import FloatArray
 
 FINE = 4_096  # bins of the histogram that a middle is read from
@@ -195,7 +194,6 @@ def median(values):
     return quantile(values, 0.5)
 
 
-@of_axis
 def usual_pitch_nm(wavelength_nm: FloatArray) -> float:
     """The median distance of neighbouring channels, nm, from at most a thousand of them."""
     if len(wavelength_nm) < 2:

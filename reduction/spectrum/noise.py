@@ -79,22 +79,26 @@ def noise_apart(intensity: FloatArray, lag: int) -> FloatArray:
     return near * np.minimum(more, MOST_OF_LAW * float(median(more)))
 
 
-@of_axis
 def cut_off(intensity: FloatArray) -> BoolArray:
     """Channels whose counts were below the lowest value that the export knows; shape (n,).
 
     That many channels of exactly the lowest value, and more of it than of the next values together,
     are no chance.
     """
-    lowest = float(np.min(intensity, initial=np.inf))
-    at = intensity == lowest
-    n = int(np.count_nonzero(at))
-    none = np.zeros(len(intensity), dtype=np.bool_)
-    if n < max(CUT * len(intensity), 8) or n > MOST_CUT * len(intensity):
-        return none
-    rest = intensity[~at]
-    width = float(quantile(rest - lowest, 0.02))  # the lowest fiftieth of the others lies within
-    return at if n > np.count_nonzero(rest - lowest <= 0.2 * width) else none
+    at = intensity == np.min(intensity, initial=np.inf)
+    n = np.count_nonzero(at)
+    if n < max(CUT * len(intensity), 8) or n > MOST_CUT * len(intensity) or not _cut(intensity):
+        at.fill(False)
+    return at
+
+
+@of_axis
+def _cut(intensity: FloatArray) -> bool:
+    """Whether the lowest value is more frequent than the next ones together."""
+    lowest = np.min(intensity)
+    beyond = intensity[intensity > lowest] - lowest
+    width = float(quantile(beyond, 0.02))  # the lowest fiftieth of the others lies within
+    return len(intensity) - len(beyond) > np.count_nonzero(beyond <= 0.2 * width)
 
 
 def _beside_cut(blocks: FloatArray, spoiled: BoolArray) -> FloatArray:
