@@ -12,18 +12,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..peaks.levenberg import factorise, solve
 from ..spectrum.curve import median
 from ..spectrum.kernel import kernel
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray
-from .growth import growth_table, log_depth_of_unit, log_kept
+from .growth import growth_table
 from .plot_fit import (
     COOLEST_K,
+    GLOBAL,
     HOTTEST_K,
     LEAST_LN_NE,
     MOST_LN_NE,
     OUTLIER,
     as_thin,
+    depths,
     gauss_newton,
+    inverse,
+    rows_of_table,
     trust,
     widest,
 )
@@ -46,7 +51,6 @@ FAR, USUAL_SQUARE = 9.0, 0.995  # z^2 of an outlier; mean of z^2 of a normal law
 MOST_MISFIT, HALVINGS = 2.0, 12  # of ln(area)
 STEPS = 10
 OPACITY_KNOWN = 0.05  # 1 / variance of its ln beforehand: hardly anything
-BESIDE = np.array([0.01, 0.05, 0.05])  # of ln T, ln n_e and opacity, for differences
 LEAST_LINES = 4
 LEAST_SPREAD_EV = 0.8
 
@@ -190,38 +194,76 @@ def fit_plot(
     names, which = present(lines.element)
     density = density or Known(USUAL_LOG_NE, USUAL_NE_SPREAD)
     bend = bend or Bend(np.empty(0), np.empty(0), np.empty((0, 0)))
-    n, n_knots = len(lines), len(bend.knots_nm)
-    n_seen = len(own)
-    seen = np.arange(n) < n_seen
-    knot, part = np.zeros(n, np.int64), np.zeros(n)
+    a, n_seen = atoms(), len(own)
+    p, covariance, prior, kept, residual, sigma, own_chi2, chi2, more = _fitted(
+        (lines.log_area, lines.error, which, lines.ion, lines.e_k_ev, lines.vacuum_nm, lines.width_nm),
+        (lines.rows, lines.entry, a.ion, a.log_ga, a.e_k_ev),
+        names, (a.log_u, GRID_K, a.limit_ev, growth_table()), bend.knots_nm, bend.start, bend.stiff,
+        n_seen, density.mean, density.spread, start_k, most_steps, scattered,
+    )  # fmt: skip
+    plot = _as_plot(
+        p, covariance, kept[:n_seen], residual[:n_seen], sigma[:n_seen], own, names,
+        which[:n_seen], bend, prior, chi2, more,
+    )  # fmt: skip
+    return replace(plot, chi2=own_chi2) if more else plot
+
+
+@kernel
+def _fitted(
+    lines, table, names, tables, knots_nm, gain, stiff, n_seen, log_density, density_spread, start_k,
+    most_steps, scattered,
+):  # fmt: skip
+    """Parameters, their covariance, and the weights of what is known beforehand. Of the lines, (n,): ln of
+    what they kept, what is left over, its error. chi2 by the lines' own errors and by those, and by how much
+    they scatter beyond their own."""
+    log_area, error, which, of_ion, e_k_ev, vacuum_nm, width_nm = lines
+    n, k, n_knots, rows = len(log_area), len(names), len(knots_nm), rows_of_table(table, which)
+    ion, knot, part = np.empty(n, np.int64), np.zeros(n, np.int64), np.zeros(n)
     if n_knots:
-        knot, part = between(bend.knots_nm, lines.vacuum_nm)
-    p, toward, prior = _start(lines, names, which, seen, density, start_k, bend.start, knot, part)
-    thin, kept, residual, weight = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    sigma = np.sqrt(lines.error**2 + CALIBRATION**2)
-    a = atoms()
-    rows, chi2, more = _rows(lines, which), None, 0.0
+        knot, part = between(knots_nm, vacuum_nm)
+    sigma, level = np.empty(n), log_area.copy()
+    for i in range(n):
+        ion[i], sigma[i] = of_ion[i], np.sqrt(error[i] ** 2 + CALIBRATION**2)
+        if n_knots:
+            level[i] -= (1.0 - part[i]) * gain[knot[i]] + part[i] * gain[knot[i] + 1]
+    p, prior = np.zeros(GLOBAL + k + n_knots), np.zeros(GLOBAL + k + n_knots)
+    p[0], p[1] = np.log(start_k), log_density
+    thin, amount = as_thin(p[0], p[1], level, n_seen, which, rows, names, tables)
+    for e in range(k):
+        p[GLOBAL + e] = amount[e]
+    for b in range(n_knots):
+        p[GLOBAL + k + b] = gain[b]
+    kept, residual, weight = np.empty(n), np.empty(n), np.empty(n)
+    depths(p, thin, which, vacuum_nm, width_nm, residual)
+    p[2] = np.log(0.5) - np.max(residual[:n_seen])
+    toward = p.copy()
+    toward[0] = np.log(USUAL_K)
+    prior[0], prior[1], prior[2] = 1 / USUAL_SPREAD**2, 1 / density_spread**2, OPACITY_KNOWN
+    own_chi2, chi2, more = 0.0, 0.0, 0.0
     while True:
         covariance = gauss_newton(
             p,
-            (lines.log_area, sigma, which, lines.ion.astype(np.int64), lines.e_k_ev, lines.vacuum_nm,
-             lines.width_nm, seen, knot, part),
-            rows,
-            names,
-            (a.log_u, GRID_K, a.limit_ev, growth_table()),
-            toward, prior, bend.stiff, most_steps, thin, kept, residual, weight,
+            (log_area, sigma, which, ion, e_k_ev, vacuum_nm, width_nm, n_seen, knot, part),
+            rows, names, tables, toward, prior, stiff, most_steps, thin, kept, residual, weight,
             np.zeros((len(p), len(p))),
         )  # fmt: skip
-        plot = _as_plot(
-            p, covariance, kept[:n_seen], residual[:n_seen], sigma[:n_seen], own, names,
-            which[:n_seen], bend, prior, more,
-        )  # fmt: skip
-        if chi2 is not None:
-            return replace(plot, chi2=chi2)
-        more = misfit(plot.residual, sigma[:n_seen], n_seen - 3 - len(names)) if scattered else 0.0
+        told, squares = 0.0, 0.0
+        for i in range(n_seen):
+            z = residual[i] / sigma[i]
+            told += trust(z)
+            squares += trust(z) * z * z
+        chi2 = squares / max(
+            told - (GLOBAL + k) + 1.0, 1.0
+        )  # the priors know one of the parameters
+        if more > 0.0 or not scattered:
+            break
+        own_chi2 = chi2
+        more = misfit(residual[:n_seen], sigma[:n_seen], n_seen - GLOBAL - k)
         if more == 0.0:
-            return plot
-        chi2, sigma = plot.chi2, np.hypot(sigma, more)
+            break
+        for i in range(n):
+            sigma[i] = np.hypot(sigma[i], more)
+    return p, covariance, prior, kept, residual, sigma, own_chi2, chi2, more
 
 
 @kernel
@@ -264,76 +306,10 @@ def scatter(z, free):
     return float((FEW + free * own) / (FEW + free))
 
 
-def slopes(
-    lines: PlotLines, plot: Plot, bend: Bend
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """The plot made straight where it is. Residuals of any lines of its elements, (n,), and how their
-    ln(area) grows with ln T, ln n_e, opacity, amounts and the response's knots, (n, p); the inverse of the
-    parameters' covariance beforehand, (p, p), and the gradient that the response's own has there, (p,)."""
-    which = np.searchsorted(plot.names, lines.element)
-    k, n_knots = len(plot.names), len(bend.knots_nm)
-    at = np.array([np.log(plot.temperature_k), plot.log10_ne * np.log(10), plot.log_opacity])
-    # One step of each, all at once.
-    at = at[:, None] + np.eye(3, 4, 1) * BESIDE[:, None]
-    kelvin, density, opacity = np.exp(at[0]), np.exp(at[1]), at[2]
-    thin = lines.thin(kelvin, density) + plot.log_scale[lines.element]
-    depth = [
-        log_depth_of_unit(lines.vacuum_nm, lines.width_nm * ne / 1e17, t)
-        for t, ne in zip(kelvin, density, strict=True)
-    ]
-    log_area = thin + log_kept(opacity[:, None] + thin + np.array(depth))
-    slope, rows = np.zeros((len(lines), 3 + k + n_knots)), np.arange(len(lines))
-    slope[:, :3] = ((log_area[1:] - log_area[0]) / BESIDE[:, None]).T
-    slope[rows, 3 + which] = 1.0 + slope[:, 2]
-    prior = np.diag(np.concatenate([
-        [1 / USUAL_SPREAD**2, 1 / USUAL_NE_SPREAD**2, OPACITY_KNOWN], np.full(k + n_knots, 1e-9)
-    ]))  # fmt: skip
-    residual, off = lines.log_area - log_area[0], np.zeros(3 + k + n_knots)
-    if n_knots:
-        knot, part = between(bend.knots_nm, lines.vacuum_nm)
-        slope[rows, 3 + k + knot] = 1.0 - part
-        slope[rows, 4 + k + knot] = part
-        prior[3 + k :, 3 + k :] += bend.stiff
-        if plot.response is not None:
-            gain = plot.response.at(bend.knots_nm)
-            residual -= slope[:, 3 + k :] @ gain
-            off[3 + k :] = -bend.stiff @ gain
-    return residual, slope, prior, off
-
-
-def _rows(lines: PlotLines, which: IntArray):
-    a = atoms()
-    return (
-        lines.entry, which[lines.entry], a.ion[lines.rows].astype(np.int64), a.log_ga[lines.rows],
-        a.e_k_ev[lines.rows],
-    )  # fmt: skip
-
-
-def _start(lines: PlotLines, names, which, seen, density: Known, start_k: float, gain, knot, part):
-    """Initial parameters, their priors, and the priors' weights (1 / variance)."""
-    ne = float(np.exp(density.mean))
-    a, says = atoms(), np.where(seen, 1.0, 1e-6)
-    level = 0.0 if not len(gain) else (1.0 - part) * gain[knot] + part * gain[knot + 1]
-    thin, scale = as_thin(
-        float(np.log(start_k)), density.mean, lines.log_area - level, says, which,
-        _rows(lines, which), names, (a.log_u, GRID_K, a.limit_ev),
-    )  # fmt: skip
-    depth = log_depth_of_unit(lines.vacuum_nm, lines.width_nm * ne / 1e17, start_k)
-    opacity = np.log(0.5) - np.max((thin + scale[which] + depth)[seen])
-    p = np.concatenate([[np.log(start_k), density.mean, opacity], scale, gain])
-    toward, prior = p.copy(), np.zeros(len(p))
-    toward[:2] = np.log(USUAL_K), density.mean
-    prior[:3] = 1 / USUAL_SPREAD**2, 1 / density.spread**2, OPACITY_KNOWN
-    return p, toward, prior
-
-
 def _as_plot(
-    p, covariance, kept, residual, sigma, lines, names, which, bend: Bend, prior, more
+    p, covariance, kept, residual, sigma, lines, names, which, bend: Bend, prior, chi2, more
 ) -> Plot:  # fmt: skip
-    say = trust(residual / sigma)
     k, n_knots = len(names), len(bend.knots_nm)
-    free = max(float(say.sum()) - (3 + k) + 1.0, 1.0)  # the priors know one of the parameters
-    chi2 = float(np.sum(say * (residual / sigma) ** 2) / free)
     # A response that was found bends to the lines, and takes as many of them as it has freedom from what is
     # known beforehand.
     bends = n_knots - float(np.sum(bend.stiff * covariance[3 + k :, 3 + k :]))
@@ -341,7 +317,6 @@ def _as_plot(
         covariance, prior, bend.stiff, scatter(residual / sigma, len(lines) - (3 + k) + 1.0 - bends)
     )  # fmt: skip
     covariance = covariance * max(chi2, 1.0)
-    error = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     scale = np.full(len(atoms().elements), np.nan)
     scale[names] = p[3 : 3 + k]
     part = np.exp(kept)
@@ -353,17 +328,17 @@ def _as_plot(
         flags.append("strong lines absorb themselves")
     response, blind = None, 1.0
     if n_knots:
-        with_gain, gain = covariance[0, 3 + k :], covariance[3 + k :, 3 + k :]
-        by_gain = float(with_gain @ np.linalg.solve(gain, with_gain))
+        gain = covariance[3 + k :, 3 + k :]
+        by_gain = _told_by(covariance, 3 + k)
         blind = float((1.0 - min(by_gain / covariance[0, 0], MOST_BY_GAIN)) ** -0.5)
         # The level itself is in the amounts: only differences along the axis have an error here.
-        middle = np.eye(n_knots) - 1.0 / n_knots
-        own = middle @ covariance[3 + k :, 3 + k :] @ middle
-        response = Response(bend.knots_nm, p[3 + k :], np.sqrt(np.maximum(np.diag(own), 0.0)))
+        own = gain.diagonal() - 2.0 * gain.mean(axis=0) + gain.mean()
+        response = Response(bend.knots_nm, p[3 + k :], np.sqrt(np.maximum(own, 0.0)))
     lack = np.hypot(blind * np.hypot(UNIFORM, THICK * _lost(part)), UNLIKE * more)
     by_heat = float(np.sqrt(max(by_scatter[0, 0], 0.0) + lack**2))
     plot = Plot(
-        kelvin, kelvin * by_heat, float(p[1] / np.log(10)), float(error[1] / np.log(10)),
+        kelvin, kelvin * by_heat, float(p[1] / np.log(10)),
+        float(np.sqrt(max(covariance[1, 1], 0.0)) / np.log(10)),
         float(p[2]), scale, part, residual, chi2, tuple(flags), response, names,
         covariance[3 : 3 + k, 3 : 3 + k], by_scatter[3 : 3 + k, 3 : 3 + k], blind,
     )  # fmt: skip
@@ -374,14 +349,30 @@ def _as_plot(
     return replace(plot, flags=tuple(flags))
 
 
-def _scattered(
-    covariance: FloatArray, prior: FloatArray, stiff: FloatArray, scale: float
-) -> FloatArray:
+@kernel
+def _scattered(covariance, prior, stiff, scale):
     """A covariance whose lines scatter by `scale` times the variance; what is known beforehand stays."""
-    known = np.diag(prior)
-    known[len(known) - len(stiff) :, len(known) - len(stiff) :] += stiff
-    told = np.linalg.inv(covariance) - known
-    return np.asarray(np.linalg.inv(told / scale + known), np.float64)
+    n, before = len(prior), len(prior) - len(stiff)
+    lower = np.zeros((n, n))
+    normal = inverse(covariance, lower)
+    for a in range(n):
+        for b in range(a + 1):
+            known = prior[a] if a == b else 0.0
+            if b >= before:
+                known += stiff[a - before, b - before]
+            normal[a, b] = (normal[a, b] - known) / scale + known
+    return inverse(normal, lower)
+
+
+@kernel
+def _told_by(covariance, first):
+    """How much of the first parameter's variance those from `first` on would tell."""
+    own, shared = covariance[first:, first:].copy(), covariance[0, first:].copy()
+    lower, step = np.zeros(own.shape), np.zeros(len(own))
+    if not factorise(own, lower):
+        return np.nan
+    solve(lower, shared, step)
+    return np.sum(shared * step)
 
 
 def _lost(kept: FloatArray) -> float:

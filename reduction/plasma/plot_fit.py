@@ -82,6 +82,19 @@ def thin_areas(row_entry, row_which, row_ion, row_log_ga, row_e_k, held, kelvin,
 
 
 @inner_kernel
+def rows_of_table(table, which):
+    """Rows as `gauss_newton` takes them. table: of the lines their rows and which line each belongs to; of
+    all rows, ion, ln gA and upper level. which: element of each line."""
+    row, entry, of_ions, log_ga, e_k_ev = table
+    own, ion = np.empty(len(row), np.int64), np.empty(len(row), np.int64)
+    log, energy = np.empty(len(row)), np.empty(len(row))
+    for i in range(len(row)):
+        own[i], ion[i] = which[entry[i]], of_ions[row[i]]
+        log[i], energy[i] = log_ga[row[i]], e_k_ev[row[i]]
+    return entry, own, ion, log, energy
+
+
+@inner_kernel
 def read_even(grid, values, at):
     """A value off a table on an even grid, ends level."""
     last = len(grid) - 1
@@ -95,9 +108,8 @@ def read_even(grid, values, at):
 
 
 @inner_kernel
-def absorbed(p, thin, which, vacuum_nm, width_nm, growth, log_tau, kept, slope):
-    """Fill log_tau, ln of what each line kept, and its slope; keep the opacity within bounds."""
-    grid, log_f, slopes = growth
+def depths(p, thin, which, vacuum_nm, width_nm, log_tau):
+    """Fill log_tau, ln of each line's optical depth; returns that of the thickest."""
     kelvin, density = np.exp(p[0]), np.exp(p[1])
     thickest = -np.inf
     for i in range(len(thin)):
@@ -107,6 +119,14 @@ def absorbed(p, thin, which, vacuum_nm, width_nm, growth, log_tau, kept, slope):
         depth = np.log(PEAK_OF_LORENTZIAN / width) - planck
         log_tau[i] = p[2] + thin[i] + p[GLOBAL + which[i]] + depth
         thickest = max(thickest, log_tau[i])
+    return thickest
+
+
+@inner_kernel
+def absorbed(p, thin, which, vacuum_nm, width_nm, growth, log_tau, kept, slope):
+    """Fill log_tau, ln of what each line kept, and its slope; keep the opacity within bounds."""
+    grid, log_f, slopes = growth
+    thickest = depths(p, thin, which, vacuum_nm, width_nm, log_tau)
     beyond = min(max(thickest, THINNEST), THICKEST) - thickest
     p[2] += beyond
     for i in range(len(thin)):
@@ -121,7 +141,7 @@ def trust(z):
     return 1.0 / (1.0 + (z / OUTLIER) ** 2) ** 2
 
 
-@kernel
+@inner_kernel
 def gauss_newton(
     p,
     lines,
@@ -141,12 +161,12 @@ def gauss_newton(
     """Improve p in place; fill thin, kept (ln), residual and weight (n,), and the normal matrix.
 
     lines: ln area, its error, which element of `names`, ion, upper level (eV), vacuum nm, width nm,
-    whether it was seen (else ln area is a limit), knot of the response before it, and which part of
-    the way to the next. stiff: inverse covariance of the response beforehand, (knots, knots).
+    how many were seen (of the rest ln area is a limit), knot of the response before each, and which part
+    of the way to the next. stiff: inverse covariance of the response beforehand, (knots, knots).
     rows: of the line table: line, which, ion, ln gA, upper level (eV). tables: ln U, its grid,
     ionisation energies, and the curve of growth.
     """
-    log_area, sigma, which, ion, e_k_ev, vacuum_nm, width_nm, seen, knot, part = lines
+    log_area, sigma, which, ion, e_k_ev, vacuum_nm, width_nm, n_seen, knot, part = lines
     log_u, grid_k, limit_ev, growth = tables
     n, n_p, k, n_knots = len(log_area), len(p), len(names), len(stiff)
     bent = GLOBAL + k  # where the response begins
@@ -164,7 +184,7 @@ def gauss_newton(
                 b = bent + knot[i]
                 residual[i] -= (1.0 - part[i]) * p[b] + part[i] * p[b + 1]
             weight[i] = trust(residual[i] / sigma[i]) / sigma[i] ** 2
-            if not seen[i] and residual[i] > 0.0:
+            if i >= n_seen and residual[i] > 0.0:
                 weight[i] = 0.0
         if turn == most_steps:
             break
@@ -228,11 +248,11 @@ def gauss_newton(
     return inverse(normal, lower)
 
 
-@kernel
-def as_thin(log_kelvin, log_density, log_area, says, which, rows, names, tables):
+@inner_kernel
+def as_thin(log_kelvin, log_density, log_area, n_seen, which, rows, names, tables):
     """ln of each line's thin area for one atom, (n,), and of the amount of each of `names`, the mean
-    over its lines, which count as much as they say; rows, tables: as of `gauss_newton`."""
-    log_u, grid_k, limit_ev = tables
+    over its lines (by limits only where none was seen); rows, tables: as of `gauss_newton`."""
+    log_u, grid_k, limit_ev, _ = tables
     row_entry, row_which, row_ion, row_log_ga, row_e_k = rows
     n, k, p = len(log_area), len(names), np.empty(2)
     p[0], p[1] = log_kelvin, log_density
@@ -241,8 +261,9 @@ def as_thin(log_kelvin, log_density, log_area, says, which, rows, names, tables)
     thin_areas(row_entry, row_which, row_ion, row_log_ga, row_e_k, held, np.exp(p[0]), thin)
     amount, said = np.zeros(k), np.zeros(k)
     for i in range(n):
-        amount[which[i]] += says[i] * (log_area[i] - thin[i])
-        said[which[i]] += says[i]
+        says = 1.0 if i < n_seen else 1e-6
+        amount[which[i]] += says * (log_area[i] - thin[i])
+        said[which[i]] += says
     for e in range(k):
         amount[e] /= said[e]
     return thin, amount

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..spectrum.kernel import kernel
 from ..spectrum.spectrum import FloatArray
 
 KNOT_NM = 40.0
@@ -64,9 +65,13 @@ def stiffness(knots_nm: FloatArray, seams_nm: FloatArray, usual: Usual) -> Float
     return np.diag(own) - np.diag(w, 1) - np.diag(w, -1)
 
 
-def between(knots_nm: FloatArray, at_nm: FloatArray) -> tuple[np.ndarray, FloatArray]:
-    """The knot before each place, and which part of the way to the next it is; level outside."""
-    last = max(len(knots_nm) - 2, 0)
-    place = np.minimum(np.maximum(np.searchsorted(knots_nm, at_nm) - 1, 0), last)
-    part = (at_nm - knots_nm[place]) / (knots_nm[place + 1] - knots_nm[place])
-    return place, np.minimum(np.maximum(part, 0.0), 1.0)
+@kernel
+def between(knots_nm, at_nm):
+    """The knot before each place, (n,), and which part of the way to the next it is; level outside."""
+    place, part = np.zeros(len(at_nm), np.int64), np.zeros(len(at_nm))
+    last = len(knots_nm) - 2
+    for i in range(len(at_nm)):
+        b = min(max(np.searchsorted(knots_nm, at_nm[i]) - 1, 0), last)
+        far = (at_nm[i] - knots_nm[b]) / (knots_nm[b + 1] - knots_nm[b])
+        place[i], part[i] = b, min(max(far, 0.0), 1.0)
+    return place, part
