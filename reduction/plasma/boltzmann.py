@@ -190,11 +190,15 @@ def fit_plot(
     """
     if len(lines) < LEAST_LINES:
         return None
-    own, lines = lines, lines if missing is None else lines + missing
+    own, n_seen = lines, len(lines)
+    if missing is not None:  # of an element without a line that is seen they tell nothing
+        has_line = np.zeros(len(atoms().elements), np.bool_)
+        has_line[own.element] = True
+        lines = own + missing.where(has_line[missing.element])
     names, which = present(lines.element)
     density = density or Known(USUAL_LOG_NE, USUAL_NE_SPREAD)
     bend = bend or Bend(np.empty(0), np.empty(0), np.empty((0, 0)))
-    a, n_seen = atoms(), len(own)
+    a = atoms()
     p, covariance, prior, kept, residual, sigma, own_chi2, chi2, more = _fitted(
         (lines.log_area, lines.error, which, lines.ion, lines.e_k_ev, lines.vacuum_nm, lines.width_nm),
         (lines.rows, lines.entry, a.ion, a.log_ga, a.e_k_ev),

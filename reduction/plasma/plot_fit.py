@@ -251,7 +251,7 @@ def gauss_newton(
 @inner_kernel
 def as_thin(log_kelvin, log_density, log_area, n_seen, which, rows, names, tables):
     """ln of each line's thin area for one atom, (n,), and of the amount of each of `names`, the mean
-    over its lines (by limits only where none was seen); rows, tables: as of `gauss_newton`."""
+    over its lines that were seen; rows, tables: as of `gauss_newton`."""
     log_u, grid_k, limit_ev, _ = tables
     row_entry, row_which, row_ion, row_log_ga, row_e_k = rows
     n, k, p = len(log_area), len(names), np.empty(2)
@@ -260,10 +260,9 @@ def as_thin(log_kelvin, log_density, log_area, n_seen, which, rows, names, table
     states(names, log_u, grid_k, limit_ev, p, held, ions, heat)
     thin_areas(row_entry, row_which, row_ion, row_log_ga, row_e_k, held, np.exp(p[0]), thin)
     amount, said = np.zeros(k), np.zeros(k)
-    for i in range(n):
-        says = 1.0 if i < n_seen else 1e-6
-        amount[which[i]] += says * (log_area[i] - thin[i])
-        said[which[i]] += says
+    for i in range(n_seen):
+        amount[which[i]] += log_area[i] - thin[i]
+        said[which[i]] += 1.0
     for e in range(k):
         amount[e] /= said[e]
     return thin, amount

@@ -111,6 +111,16 @@ def test_a_line_that_is_missing_only_says_that_it_is_faint():
     assert less.log_scale[silicon] < alone.log_scale[silicon]
 
 
+def test_missing_lines_of_an_element_without_another_line_tell_nothing():
+    lines, nickel = lines_at(10_000.0, 17.0), lines_at(10_000.0, 17.0, elements=("Ni",))
+    alone, told = fit_plot(lines), fit_plot(lines, missing=nickel)
+
+    assert alone is not None and told is not None
+    assert told.temperature_k == alone.temperature_k
+    assert np.array_equal(told.names, alone.names)
+    assert np.isnan(told.log_scale[nickel.element[0]])
+
+
 def test_scatter_of_the_lines_beyond_their_errors_is_in_the_errors_of_the_plot():
     rng = np.random.default_rng(5)
     lines = lines_at(10_000.0, 17.0)
