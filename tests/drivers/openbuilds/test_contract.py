@@ -21,7 +21,8 @@ class TestOpenBuilds(KeepsGantryContract):
     def peer(self, folder, *, slow):
         controller = self.started(self.peers, slow=slow)
         with elsewhere(self.program(controller)) as control:
-            yield {"url": control.url, "port": controller.path}
+            # On a busy machine it is silent for longer than 2 s, and its port would be opened again.
+            yield {"url": control.url, "port": controller.path, "silence_s": 30}
 
 
 @contextmanager
