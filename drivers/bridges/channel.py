@@ -1,4 +1,4 @@
-"""Bytes to and from an instrument: TCP, UDP, a serial port, or whatever VISA reaches.
+"""Bytes to and from an instrument: TCP, UDP, a WebSocket, a serial port, or whatever VISA reaches.
 
 TCP and serial ports are streams that are always listened to, so that a banner, a late answer or an
 unsolicited line is seen when it comes. VISA is asked in a thread of its own.
@@ -13,6 +13,7 @@ from functools import partial
 from typing import Any
 
 from ...system.extras import needed
+from ...system.tasks import end, spawn
 from ..serial_io.condition import Condition
 from ..serial_io.open_port import OpenPort
 from ..serial_io.port import SerialPort
@@ -200,6 +201,59 @@ class Network(Channel):
             self._transport.sendto(data, self._to)
         else:
             self._transport.write(data)
+
+
+class Messages(Channel):
+    """A WebSocket: a message that comes is a line, and a line is sent as a message of text."""
+
+    _socket: Any = None
+    _hearing: asyncio.Task[None] | None = None
+
+    async def open(self, timeout_s: float) -> None:
+        from websockets.asyncio.client import connect
+        from websockets.exceptions import WebSocketException
+
+        await self.close()
+        self.received.clear()
+        try:
+            self._socket = await connect(
+                self.resource.name, open_timeout=timeout_s, close_timeout=CALM_S,
+                ping_interval=None, max_size=MOST,
+            )  # fmt: skip
+        except TimeoutError as fault:
+            raise OSError(f"{self.resource} does not answer within {timeout_s:g} s") from fault
+        except (OSError, WebSocketException) as fault:
+            why = _reason(fault) if isinstance(fault, OSError) else fault
+            raise OSError(f"{self.resource} cannot be reached: {why}") from fault
+        self.is_open = True
+        self._hearing = spawn(f"hear {self.resource}", self._hear(self._socket))
+
+    async def _hear(self, socket: Any) -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                message = await socket.recv()
+                data = message.encode() if isinstance(message, str) else message
+                self.take(data if data.endswith((b"\n", b"\r")) else data + b"\n")
+        self.lost("the connection was closed")
+
+    async def close(self) -> None:
+        await super().close()
+        socket, self._socket = self._socket, None
+        await end(self._hearing)
+        if socket is not None:
+            await socket.close()
+
+    async def write(self, data: bytes) -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        try:
+            if not self.is_open:
+                raise OSError(f"{self.resource}: {self.fault}")
+            await self._socket.send(data.decode(errors="replace").rstrip("\r\n"))
+        except ConnectionClosed as fault:
+            raise OSError(f"{self.resource}: the connection was closed") from fault
 
 
 class Serial(Channel):

@@ -11,7 +11,7 @@ from ...schemas.patterns import regular_expression
 from ...schemas.quantity import Duration, seconds
 from ..driver import Place
 from ..serial_io.port import read_port
-from .channel import CALM_S, Channel, Network, Serial, Visa
+from .channel import CALM_S, Channel, Messages, Network, Serial, Visa
 from .checksum import Checksum
 from .config import LISTED, Pattern, pattern
 from .number_forms import decimals, number_bytes, size_of
@@ -516,6 +516,8 @@ def channel_of(place: Place, config: LineConfig) -> Channel:
     resource = read_resource(config.resource)
     if resource.kind == "visa":
         return Visa(resource, config.visa_library)
+    if resource.kind == "ws":
+        return Messages(resource)
     if resource.kind != "serial":
         return Network(resource, config.local_port)
     keys = ("baud", "bits", "parity", "stop_bits")

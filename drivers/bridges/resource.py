@@ -1,4 +1,4 @@
-"""Where an instrument is, as a lab writes it: `host:port`, `udp://...`, a serial port, VISA."""
+"""Where an instrument is, as a lab writes it: `host:port`, `udp://...`, `ws://...`, a serial port, VISA."""
 
 import re
 from dataclasses import dataclass
@@ -9,18 +9,19 @@ from pydantic import Field, field_validator
 
 from ...schemas.model import Model
 
-Kind = Literal["tcp", "udp", "serial", "visa"]
+Kind = Literal["tcp", "udp", "ws", "serial", "visa"]
 SOCKET = re.compile(r"TCPIP\d*::(?P<host>[^:]+|\[[^\]]+\])::(?P<port>\d+)::SOCKET", re.I)
 ADDRESS = re.compile(
     r"(?:(?P<kind>tcp|udp|telnet)://)?(?P<host>[A-Za-z0-9_.-]+|\[[^\]]+\]):(?P<port>\d+)/?", re.I
 )
 SERIAL = re.compile(r"ASRL(?P<name>[^:]+)(?:::INSTR)?|(?P<plain>/.+|COM\d+)", re.I)
+WEBSOCKET = re.compile(r"wss?://[^\s/]+(/\S*)?", re.I)
 VISA = re.compile(r"[A-Z]+\d*::", re.I)
 
 
 @dataclass(frozen=True, slots=True)
 class Resource:
-    """One of four kinds of address; `name` is the serial port or the VISA resource."""
+    """One of five kinds of address; `name` is the serial port, the VISA resource or the whole address."""
 
     kind: Kind
     written: str
@@ -44,14 +45,16 @@ def read_resource(text: str) -> Resource:
         return Resource(
             "udp" if udp.lower() == "udp" else "tcp", plain, found["host"].strip("[]"), port
         )
+    if WEBSOCKET.fullmatch(plain):
+        return Resource("ws", plain, name=plain)
     if found := SERIAL.fullmatch(plain):
         name = found["plain"] or found["name"]
         return Resource("serial", plain, name=f"COM{name}" if name.isdigit() else name)
     if is_visa(plain):
         return Resource("visa", plain, name=plain)
     raise ValueError(
-        f"{text!r} is no address: write host:port, udp://host:port, a serial port (/dev/ttyUSB0, COM3) "
-        f"or a VISA resource (TCPIP::10.0.0.5::INSTR, USB0::..., GPIB0::22::INSTR)"
+        f"{text!r} is no address: write host:port, udp://host:port, ws://host:port/path, a serial port "
+        f"(/dev/ttyUSB0, COM3) or a VISA resource (TCPIP::10.0.0.5::INSTR, USB0::..., GPIB0::22::INSTR)"
     )
 
 
@@ -78,7 +81,10 @@ class Wire(Model):
     @field_validator("resource")
     @classmethod
     def _is_reached(cls, value: str) -> str:
-        if read_resource(value).kind not in cls.kinds:
+        kind = read_resource(value).kind
+        if kind == "ws" and kind not in cls.kinds:
+            raise ValueError(f"{value!r} is a WebSocket's address, which `driver: text` speaks to")
+        if kind not in cls.kinds:
             raise ValueError(f"{value!r} is neither host:port nor a serial port")
         return value
 

@@ -1,4 +1,4 @@
-"""Any line protocol over TCP, UDP or a serial port: what is sent, and patterns of what is answered.
+"""Any line protocol over TCP, UDP, WebSocket or a serial port: what is sent, and patterns of answers.
 
 See docs/how-to/instruments-in-yaml.md.
 """
@@ -56,6 +56,7 @@ class TextAction(LineAction):
 class TextConfig(LineBridgeConfig):
     """The config of `driver: text`; `hello` asks who it is."""
 
+    kinds = (*LineBridgeConfig.kinds, "ws")
     own_keys = ("at", *OWN)
     own_errors = {  # type: ignore[assignment] # noqa: RUF012
         **NUMBER_ERRORS,

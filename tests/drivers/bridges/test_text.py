@@ -2,7 +2,9 @@
 
 import asyncio
 import contextlib
+import json
 import os
+import queue
 import socket
 import threading
 
@@ -218,3 +220,55 @@ def test_an_answer_that_comes_too_late_on_a_serial_line_is_not_that_of_the_next_
     with PtyPeer(tmp_path / "port", answer) as peer:
         said = {"resource": peer.port, "timeout": 2, "actions": actions}
         assert ask("text", said, story) == {"t": "T2"}
+
+
+def test_json_rpc_over_a_websocket_is_asked_answered_and_asked_again_after_a_loss(ask):
+    heard = []
+
+    async def rpc(socket):
+        async for message in socket:
+            heard.append(json.loads(message))
+            await socket.send(json.dumps({"method": "log", "params": ["unasked"]}))
+            if len(heard) == 3:
+                return
+            await socket.send(json.dumps({"id": 1, "result": {"t": 21.5}}))
+
+    get_t = {"send": {"id": 1, "method": "get_t"}, "effect": "once",
+             "returns": {"t": {"unit": "degC", "at": "result.t"}}}  # fmt: skip
+    said = {"ignore": '.*"method".*', "timeout": "5 s", "actions": {"get_t": get_t}}
+
+    async def story(made):
+        with pytest.raises(ActionFailed, match="the connection was closed"):
+            for n in range(3):
+                assert await made.method("get_t")(GoalContext(f"run/{n}/1")) == {"t": 21.5}
+        return await made.method("get_t")(GoalContext("run/3/1"))
+
+    with served(rpc) as port:
+        again = ask("text", {**said, "resource": f"ws://127.0.0.1:{port}/api"}, story)
+    with pytest.raises(OSError, match=rf"ws://127.0.0.1:{port}/api cannot be reached: nothing lis"):
+        ask("text", {**said, "resource": f"ws://127.0.0.1:{port}/api"}, story)
+
+    assert again == {"t": 21.5}
+    assert heard == [{"id": 1, "method": "get_t"}] * 4
+
+
+@contextlib.contextmanager
+def served(speak):
+    """The port of a WebSocket server in a thread of its own, until the block ends."""
+
+    async def speak_until_the_end():
+        from websockets.asyncio.server import serve
+
+        async with serve(speak, "127.0.0.1", 0) as server:
+            ports.put((server.sockets[0].getsockname()[1], asyncio.get_running_loop(), over))
+            await over.wait()
+
+    ports, over = queue.Queue(), asyncio.Event()
+    thread = threading.Thread(target=lambda: asyncio.run(speak_until_the_end()))
+    thread.start()
+    port, loop, over = ports.get()
+    try:
+        yield port
+    finally:
+        loop.call_soon_threadsafe(over.set)
+        thread.join()
