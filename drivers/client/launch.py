@@ -208,7 +208,7 @@ async def _start(
         async with asyncio.timeout(timeout_s):
             assert process.stdout is not None
             line = await process.stdout.readline()
-            said = json.loads(line) if line.strip() else {}
+            said: dict[str, Any] = json.loads(line) if line.strip() else {}
     except (TimeoutError, ValueError):
         said = {"error": f"it did not report ready within {timeout_s:g} s"}
     except BaseException:  # a cancel as well
