@@ -38,9 +38,10 @@ from .strengths import GRID_K, atoms, log_strengths, present
 USUAL_K, USUAL_SPREAD = 10_500.0, 0.35  # of ln T, where the lines do not tell
 USUAL_LOG_NE, USUAL_NE_SPREAD = float(np.log(8e16)), 1.2
 CALIBRATION = 0.08  # of ln(area): efficiency, background, the model itself
-# What one zone in equilibrium lacks, as a part of T: at all, and for each e-fold of light that the
-# thicker lines lost. Measured on spectra of one and two zones, half of them (benchmarks/intervals.py).
-UNIFORM, THICK = 0.012, 0.035
+# What one zone in equilibrium lacks, as a part of T: at all, and if the thicker lines lost all of their
+# light, else by the part that they lost: once they are thick, more opacity makes T no more wrong. Measured
+# on spectra of one and two zones (benchmarks/intervals.py).
+UNIFORM, THICK = 0.012, 0.05
 # The same for each unit of ln(area) by which lines scatter beyond their errors: what makes them do so (an
 # echelle's orders) is alike in lines that lie together, and hides the faint ones of high levels.
 UNLIKE = 0.08
@@ -139,7 +140,7 @@ class Plot:
 
     @property
     def lost(self) -> float:
-        """e-folds of light that the thicker lines lost."""
+        """The part of their light that the thicker lines lost."""
         return _lost(self.kept)
 
     @property
@@ -380,7 +381,7 @@ def _told_by(covariance, first):
 
 
 def _lost(kept: FloatArray) -> float:
-    return -float(np.log(median(np.sort(kept)[: max(3, len(kept) // 4)])))
+    return 1.0 - float(median(np.sort(kept)[: max(3, len(kept) // 4)]))
 
 
 def _leverage_ev(lines: PlotLines, which: IntArray) -> float:

@@ -19,10 +19,11 @@ SPAN = 0.35  # of the temperature, to either side
 N_GRID = 61
 # What one zone in equilibrium lacks: elements shine brightest in different parts of the plasma, whose
 # temperatures differ by so much of ln(T), lithium's from all others'; in thick plasmas as T itself is wrong
-# there, and each element's from each other's by so much for each e-fold of light that the thicker lines lost
-# (a cool shell takes light of some, and gives some of its own to others). Measured on spectra of one and two
-# zones with all vices of instruments (benchmarks/intervals.py), as what makes the errors of the share right.
-APART, EACH = 0.02, 0.06
+# there, and each element's from each other's by so much if the thicker lines lost all of their light, else by
+# the part that they lost (a cool shell takes light of some, and gives some of its own to others). Measured on
+# spectra of one and two zones with all vices of instruments (benchmarks/intervals.py), as what makes the
+# errors of the share right.
+APART, EACH = 0.02, 0.08
 # The same of ln of any one element's amount: at all, and for each e-fold of light that its lines lost.
 UNIFORM, THICK = 0.08, 0.4
 HEAT_STEP = 0.01  # of ln(T), for slopes
