@@ -27,22 +27,18 @@ def explained(identified: Identified, peaks: VoigtPeaks, which: IntArray, but: i
     others = np.zeros(len(a.elements), dtype=bool)
     others[identified.indexed.accepted] = True
     others[but] = False
-    kelvin, density = _state(identified)
-    part = np.zeros(len(which))
-    fwhm_nm = peaks.fwhm_nm
-    for n, k in enumerate(which):
-        centre = float(peaks.centre_nm[k])
-        reach = max(SAME * float(fwhm_nm[k]), identified.matched.place_error_nm)
-        ends = centre + np.array([-1.0, 1.0]) * (reach + FURTHEST_NM)
-        near = np.arange(*np.searchsorted(a.wavelength_nm, ends))
-        near = near[others[a.element[near]]]
-        near = near[np.abs(identified.offsets.shown(a.wavelength_nm[near]) - centre) < reach]
-        if len(near):
-            log = (
-                log_strengths(near, kelvin, density) + identified.indexed.log_scale[a.element[near]]
-            )
-            part[n] = float(np.exp(log).sum()) / peaks.area[k]
-    return part
+    reach = np.maximum(SAME * peaks.fwhm_nm[which], identified.matched.place_error_nm)
+    centre = peaks.centre_nm[which]
+    ends = np.searchsorted(
+        a.wavelength_nm, [centre - reach - FURTHEST_NM, centre + reach + FURTHEST_NM]
+    )
+    near = np.concatenate([np.arange(*own) for own in ends.T.tolist()] or [np.empty(0, np.int64)])
+    peak = np.repeat(np.arange(len(which)), ends[1] - ends[0])
+    away = np.abs(identified.offsets.shown(a.wavelength_nm[near]) - centre[peak])
+    own = others[a.element[near]] & (away < reach[peak])
+    near, peak = near[own], peak[own]
+    log = log_strengths(near, *_state(identified)) + identified.indexed.log_scale[a.element[near]]
+    return np.bincount(peak, np.exp(log), len(which)) / peaks.area[which]
 
 
 def _state(identified: Identified) -> tuple[float, float]:

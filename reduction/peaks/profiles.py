@@ -149,8 +149,9 @@ def by_dips(calm: Spectrum, edge: FloatArray, noise: FloatArray, bad: BoolArray)
     """
     wider = _beside_cut(calm.intensity, noise, bad)
     for _ in range(MOST_TURNS):
-        soft = softened(calm.intensity - lifted(calm, edge, LOOSE * wider * noise))
-        tops, dips = (len(standing_out(side, wider * noise)[0]) for side in (soft, -soft))
+        wide = wider * noise
+        soft = softened(calm.intensity - lifted(calm, edge, LOOSE * wide))
+        tops, dips = (len(standing_out(side, wide)[0]) for side in (soft, -soft))
         if dips <= max(DIPS * tops, FEW_DIPS):
             break
         z = soft[~bad] / (noise[~bad] * SOFTENED_NOISE)

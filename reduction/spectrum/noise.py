@@ -98,7 +98,7 @@ def _cut(intensity: FloatArray) -> bool:
     lowest = np.min(intensity)
     beyond = intensity[intensity > lowest] - lowest
     width = float(quantile(beyond, 0.02))  # the lowest fiftieth of the others lies within
-    return len(intensity) - len(beyond) > np.count_nonzero(beyond <= 0.2 * width)
+    return bool(len(intensity) - len(beyond) > np.count_nonzero(beyond <= 0.2 * width))
 
 
 def _beside_cut(blocks: FloatArray, spoiled: BoolArray) -> FloatArray:
