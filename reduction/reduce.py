@@ -26,6 +26,7 @@ from .peaks.voigt import VoigtPeaks
 from .spectrum.bad import BadChannels, bridged, mark_bad
 from .spectrum.noise import cut_off
 from .spectrum.resampled import resampled
+from .spectrum.response import KnownResponse
 from .spectrum.spectrum import FloatArray, Medium, Spectrum
 
 FIRST_LINE_NM, LAST_LINE_NM = 190.0, 961.0  # of the line table
@@ -45,7 +46,8 @@ class Reduction:
     density, None if they cannot be determined. medium: of the wavelengths. profiles, bad and
     identified: intermediate results, for figures. averaged: how many channels of the spectrum were
     averaged into one, usually 1; `profiles.wavelength_nm` is the axis that was used, `bad` refers
-    to the original channels. notes: sentences about what was done to this spectrum.
+    to the original channels. notes: sentences about what was done to this spectrum. response: by which
+    the counts had been divided, None if they were as they are.
     """
 
     peaks: VoigtPeaks
@@ -58,6 +60,7 @@ class Reduction:
     identified: Identified | None = field(default=None)
     averaged: int = 1
     notes: tuple[str, ...] = ()
+    response: KnownResponse | None = None
 
     @property
     def temperature_k(self) -> float | None:
@@ -167,10 +170,14 @@ def _moved(x: FloatArray, moved: FloatArray) -> str:
 
 
 def _reduced(spectrum: Spectrum, asked: tuple[str, ...], medium: Medium | None) -> Reduction:
-    x = spectrum.wavelength_nm
+    x, known = spectrum.wavelength_nm, spectrum.divided_by
+    if known is not None:  # noise, and channels that are full, are of counts, not of light
+        spectrum = replace(spectrum, intensity=spectrum.intensity * known.at(x))
     shared = noise_shared(spectrum.intensity)
     bad = mark_bad(spectrum.intensity, alone=shared == 1)
     profiles, averaged = fit_at_pitch(spectrum, bad, wanted_nm(asked, medium), shared)
+    if known is not None:
+        profiles = profiles.over(known)
     identified = identify(profiles.wavelength_nm, profiles.bad, profiles, medium)
     offsets = Offsets.none(medium or "air") if identified is None else _trusted(identified, medium)
     range_nm = (float(x[0]), float(x[-1]))
@@ -182,7 +189,7 @@ def _reduced(spectrum: Spectrum, asked: tuple[str, ...], medium: Medium | None) 
         averaged, (
             *spectrum.notes, *_notes(x, averaged, shared, profiles),
             *_of_instrument(spectrum.intensity, offsets),
-        ),
+        ), known,
     )  # fmt: skip
 
 

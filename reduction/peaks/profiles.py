@@ -1,6 +1,6 @@
 """Find and fit a spectrum's lines: learn from strong ones, fit all, search the residual."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from ..spectrum.noise import (
     steadied,
 )  # fmt: skip
 from ..spectrum.resampled import sharing
+from ..spectrum.response import KnownResponse
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray, Spectrum
 from .background import lifted, lower_edge
 from .merge import merged, significant
@@ -64,6 +65,18 @@ class Profiles:
     wavelength_nm: FloatArray
     bad: BoolArray
     spikes: bool = False
+
+    def over(self, known: KnownResponse) -> "Profiles":
+        """The same with a response divided out of all that is in counts, but for `gain`."""
+        at, of_peak = known.at(self.wavelength_nm), known.at(self.peaks.centre_nm)
+        covariance = self.peaks.covariance.copy()
+        covariance[:, 0, :] /= of_peak[:, None]
+        covariance[:, :, 0] /= of_peak[:, None]
+        return replace(
+            self,
+            peaks=replace(self.peaks, area=self.peaks.area / of_peak, covariance=covariance),
+            counts=self.counts / at, net=self.net / at, under=self.under / at, noise=self.noise / at,
+        )  # fmt: skip
 
 
 def fit_profiles(

@@ -27,13 +27,17 @@ class KnownResponse:
     response: FloatArray
     error: FloatArray
 
+    def at(self, nm: FloatArray) -> FloatArray:
+        """Counts per light at wavelengths as the instrument gives them, any shape."""
+        return np.exp(np.interp(nm, self.wavelength_nm, np.log(self.response)))
+
     def divided_out(self, spectrum: Spectrum) -> Spectrum:
         """The spectrum of the light: counts over response, bad where the response is below 1 %.
 
         Beyond the ends of the response its outermost values are taken, and a note says so.
         """
         x = spectrum.wavelength_nm
-        at = np.exp(np.interp(x, self.wavelength_nm, np.log(self.response)))
+        at = self.at(x)
         blind = at < BLIND
         notes = [*spectrum.notes, "the instrument's response was divided out"]
         first, last = self.wavelength_nm[0], self.wavelength_nm[-1]
@@ -46,7 +50,7 @@ class KnownResponse:
                 f"{blind.sum():,} channels with less than 1 % of the greatest response are left out"
             )
         counts = np.where(blind, np.nan, spectrum.intensity / at)
-        return replace(spectrum, intensity=counts, notes=tuple(notes))
+        return replace(spectrum, intensity=counts, notes=tuple(notes), divided_by=self)
 
 
 @lru_cache(maxsize=4)

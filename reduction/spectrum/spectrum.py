@@ -1,10 +1,13 @@
 """A spectrum: ascending wavelengths in nm, and as many intensities in counts."""
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from .response import KnownResponse
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.integer]
@@ -19,13 +22,15 @@ class Spectrum:
     """One measured spectrum.
 
     wavelength_nm: shape (n,), strictly ascending. intensity: shape (n,), counts; NaN marks a
-    bad channel. notes: what was noticed while it was read, as sentences. Raises ValueError if
-    wavelengths and intensities do not match or there is no channel.
+    bad channel. notes: what was noticed while it was read, as sentences. divided_by: the response by
+    which the counts were divided, if they were. Raises ValueError if wavelengths and intensities do not
+    match or there is no channel.
     """
 
     wavelength_nm: FloatArray
     intensity: FloatArray
     notes: tuple[str, ...] = ()
+    divided_by: "KnownResponse | None" = None
 
     def __post_init__(self) -> None:
         if self.wavelength_nm.shape != self.intensity.shape or self.wavelength_nm.ndim != 1:
@@ -50,7 +55,7 @@ class Spectrum:
             raise ValueError("every channel of the spectrum is bad (NaN)")
         good = ~bad
         bridged = np.interp(self.wavelength_nm, self.wavelength_nm[good], self.intensity[good])
-        return Spectrum(self.wavelength_nm, bridged, self.notes)
+        return replace(self, intensity=bridged)
 
     def _repr_html_(self) -> str:
         from .svg import as_svg

@@ -15,6 +15,7 @@ from labrun.reduction.plasma.boltzmann import CALIBRATION, Bend, fit_plot
 from labrun.reduction.plasma.cool_part import PARTS, cool_parts
 from labrun.reduction.plasma.growth import log_depth_of_unit
 from labrun.reduction.plasma.response import LEVEL, LOOSE, Response, stiffness
+from labrun.reduction.spectrum.response import KnownResponse
 
 LEVEL_RESPONSE = Response(np.array([200.0, 900.0]), np.zeros(2), np.ones(2))
 
@@ -169,6 +170,30 @@ def test_what_lines_leave_open_goes_toward_what_rocks_are_made_of():
     assert near[1] < errors[1] > far[1]
     drawn = _drawn(np.eye(4))
     assert closure._as_rocks(drawn, names, ~rock) is drawn
+
+
+def test_how_well_a_response_is_known_counts_and_noise_is_of_the_counts_before_it(core):
+    maker = ShotMaker(core=1, seed=3)
+    seen = read_spectrum(maker.csv({"n": 1, "x": 1.2, "y": 3.0, "focus": 1.0}))
+    nm = np.array([200.0, 400.0, 900.0])
+
+    def reduced(error):
+        known = KnownResponse(nm, np.array([0.05, 1.0, 0.3]), np.full(3, error))
+        uneven = replace(seen, intensity=seen.intensity * known.at(seen.wavelength_nm))
+        return known, reduce_spectrum(known.divided_out(uneven))
+
+    known, well = reduced(0.01)
+    badly = replace(well, response=reduced(0.8)[0])
+    uneven = reduce_spectrum(replace(seen, intensity=seen.intensity * known.at(seen.wavelength_nm)))
+    said = [concentrations(one, "oxides").values() for one in (well, badly)]
+    errors = [sum(one.error or 0.0 for one in each) for each in said]
+
+    assert len(well.peaks) == len(uneven.peaks)
+    assert well.peaks.area * known.at(well.peaks.centre_nm) == pytest.approx(uneven.peaks.area)
+    assert well.peaks.area_error / well.peaks.area == pytest.approx(
+        uneven.peaks.area_error / uneven.peaks.area
+    )
+    assert errors[0] < errors[1]
 
 
 def test_an_amount_that_is_not_counted_may_be_any_number():
