@@ -9,7 +9,7 @@ import typer
 from .say import FAILED, PROBLEMS, say
 from .words import Closure, KnownResponse, OwnLines
 
-NAMED = 3
+UNSURE = 0.5  # of the response
 SAME_NM = 1e-3
 
 calibrate = typer.Typer(
@@ -26,7 +26,10 @@ def kinds() -> None:
 def response(
     files: Annotated[
         list[Path],
-        typer.Argument(metavar="SPECTRUM...", help="Spectra of the lamp, or with many lines."),
+        typer.Argument(
+            metavar="SPECTRUM...",
+            help="Spectra of the lamp, or of five samples or more with many lines.",
+        ),
     ],
     lamp: Annotated[
         Path | None,
@@ -34,7 +37,7 @@ def response(
             "--lamp",
             metavar="CSV",
             help="The lamp's certificate: wavelength in nm, and radiance or irradiance per nm; "
-            "without it, lines of one element on both sides tell the response.",
+            "without it, the lines of all spectra together tell the response.",
         ),
     ] = None,
     dark: Annotated[
@@ -172,10 +175,9 @@ def _by_lamp(files: list[Path], lamp: Path, dark: Path | None) -> tuple[Any, str
             f"{lamp}: a certificate has two wavelengths or more, and a radiance above 0 at each"
         )
     spectra = [_read(path) for path in (*files, *([dark] if dark else []))]
-    x = spectra[0].wavelength_nm
-    for path, one in zip((*files, dark), spectra, strict=False):
-        if len(one) != len(x) or not np.allclose(one.wavelength_nm, x, rtol=0, atol=SAME_NM):
-            raise ValueError(f"{path}: its wavelengths are not those of {files[0]}")
+    x, paths = spectra[0].wavelength_nm, [*files, *([dark] if dark else [])]
+    _one_axis(paths, spectra)
+    for path, one in zip(paths, spectra, strict=True):
         if full := int(mark_bad(one.intensity, alone=False).full.sum()):
             raise ValueError(f"{path}: {full:,} channels are full; expose it for a shorter time")
     counts = np.mean([one.intensity for one in spectra[: len(files)]], axis=0)
@@ -188,19 +190,44 @@ def _by_lamp(files: list[Path], lamp: Path, dark: Path | None) -> tuple[Any, str
 
 
 def _by_lines(files: list[Path]) -> tuple[Any, str]:
-    from ..elements.calibrate_response import from_lines
+    from ..elements.calibrate_response import LEAST_SPECTRA, from_lines
+    from ..elements.merged import without_merged
     from ..reduce import reduce_spectrum
 
-    told, said = [], []
+    files = sorted(set(files))
+    if len(files) < LEAST_SPECTRA:
+        raise ValueError(
+            f"lines tell a response by {LEAST_SPECTRA} spectra of one instrument or more, better of unlike "
+            f"samples, and here are {len(files)}; a lamp tells it by one (--lamp)"
+        )
     # All are read before the first is reduced: what cannot be is told before minutes of compiling.
-    for path, spectrum in [(path, _read(path)) for path in files]:
-        found = reduce_spectrum(spectrum).identified
-        if found is not None and found.response is not None:
-            told.append(found.response)
-            said.append(path.name)
-    more = f" and {len(said) - NAMED} more" if len(said) > NAMED else ""
-    named = f"{', '.join(said[:NAMED])}{more}"
-    return from_lines(told), f"lines of {len(told)} of {len(files)} spectra: {named}"
+    spectra = [_read(path) for path in files]
+    _one_axis(files, spectra)
+    found = []
+    for spectrum in spectra:
+        reduction = reduce_spectrum(spectrum)
+        own = reduction.identified
+        found.append(None if own is None else without_merged(own, reduction.profiles))
+    told = from_lines(spectra[0].wavelength_nm, found)
+    response, (first, last) = told.response, told.range_nm
+    unsure = [f"{nm:.0f}" for nm in response.wavelength_nm[response.error > UNSURE]]
+    places = f"; hardly told (error above {100 * UNSURE:.0f} %) at {', '.join(unsure)} nm"
+    return response, (
+        f"lines from {first:.0f} to {last:.0f} nm of {told.spectra} of {len(files)} spectra"
+        f"{places if unsure else ''}"
+    )
+
+
+def _one_axis(files: list[Path], spectra: list[Any]) -> None:
+    """Raises ValueError for one of another instrument."""
+    import numpy as np
+
+    x = spectra[0].wavelength_nm
+    for path, one in zip(files, spectra, strict=True):
+        if len(one) != len(x) or not np.allclose(one.wavelength_nm, x, rtol=0, atol=SAME_NM):
+            raise ValueError(
+                f"{path}: its wavelengths are not those of {files[0]}; a response is of one instrument"
+            )
 
 
 def _read(path: Path, columns: tuple[str, ...] | None = None) -> Any:

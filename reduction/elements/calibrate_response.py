@@ -1,16 +1,38 @@
 """An instrument's response from what is known of the light: a lamp with a certificate, or lines."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..plasma.response import Response
+from ..plasma.boltzmann import CALIBRATION, Bend, misfit, slopes
+from ..plasma.plot_fit import GLOBAL, trust
+from ..plasma.response import LOOSE, OPEN, knots, stiffness
 from ..spectrum.response import KnownResponse
 from ..spectrum.spectrum import FloatArray, Spectrum
+from .identify import Identified
 from .offsets import seams
+from .response import LEAST_LINES
 
 SMOOTH_NM = 2.0
 LEAST_CHANNELS = 5
+LEAST_SPECTRA = 5  # with fewer, what a plasma lacks is taken for the instrument's
+# What each spectrum's own plasma may add, as a part of what a response may be beforehand.
+OWN = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)
+SEAM_NM, NEAR_NM = 1.05, 2.0  # knots of a seam; places of one
+DOUBTED = 0.5  # of a spectrum's deviation from the others
+TURNS = 10
+TOLD = 1e-6  # of all that a spectrum tells, that a direction must be told
+HARDLY = 0.1  # weight of a spectrum that is left out
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FromLines:
+    """The response, how many spectra told it, and from where to where (vacuum nm) their lines are."""
+
+    response: KnownResponse
+    spectra: int
+    range_nm: tuple[float, float]
 
 
 def from_lamp(lamp: Spectrum, certified_nm: FloatArray, certified: FloatArray) -> KnownResponse:
@@ -45,19 +67,100 @@ def from_lamp(lamp: Spectrum, certified_nm: FloatArray, certified: FloatArray) -
     return KnownResponse(nm, response / response.max(), error)
 
 
-def from_lines(told: Sequence[Response]) -> KnownResponse:
-    """The mean of responses that the lines of spectra tell, weighted by their errors.
+def from_lines(x: FloatArray, found: Sequence[Identified | None]) -> FromLines:
+    """One response for all spectra of an instrument, by the lines of each; x: its axis, nm, (n,).
 
-    The error is the greater of what the fits say and of how they scatter. Raises ValueError for none.
+    Each spectrum's plot is made straight where it is, and what its own state and amounts may do is taken
+    out; what is left it tells of the response, with all covariances, and all are added up (generalised
+    least squares). A spectrum's plasma lacks something of its own, too, which looks like a response: how
+    much is what makes all the spectra likeliest, and the errors count it. A spectrum that is far from the
+    others loses its weight. Raises ValueError where fewer than LEAST_SPECTRA tell.
     """
-    if not told:
-        raise ValueError("no spectrum has lines that tell a response, or it is level already")
-    at = np.unique(np.concatenate([one.knots_nm for one in told]))
-    log = np.array([one.at(at) for one in told])
-    log -= log.mean(axis=1, keepdims=True)  # the scale of a response is nobody's concern
-    weight = 1.0 / np.array([one.error_at(at) for one in told]) ** 2
-    mean = np.sum(weight * log, axis=0) / weight.sum(axis=0)
-    by_fit = 1.0 / np.sqrt(weight.sum(axis=0))
-    scatter = np.sqrt(np.sum(weight * (log - mean) ** 2, axis=0) / weight.sum(axis=0))
-    by_scatter = scatter / np.sqrt(max(len(told) - 1, 1))
-    return KnownResponse(at, np.exp(mean - mean.max()), np.maximum(by_fit, by_scatter))
+    told = [one for one in found if one is not None and _tells(one)]
+    if len(told) < LEAST_SPECTRA:
+        raise ValueError(
+            f"{len(told)} of {len(found)} spectra have enough lines to tell a response, and it takes "
+            f"{LEAST_SPECTRA} of them"
+        )
+    jumps = _jumps(x, told)
+    at = knots((float(x[0]), float(x[-1])), jumps)
+    usual = np.asarray(np.linalg.inv(stiffness(at, jumps, LOOSE)), np.float64)
+    each = [_told_by(one, at) for one in told]
+    of_own = [_shared(each, stiffness(at, jumps, OPEN), own**2 * usual) for own in OWN]
+    _, log, covariance, weight = max(of_own, key=lambda one: one[0])
+    middle = np.eye(len(at)) - 1.0 / len(at)  # the scale of a response is nobody's concern
+    error = np.sqrt(np.diag(middle @ covariance @ middle))
+    seen = np.concatenate([one.lines.vacuum_nm for one in told if one.lines is not None])
+    response = KnownResponse(at, np.exp(log - log.max()), error)
+    return FromLines(response, int(np.sum(weight > HARDLY)), (float(seen.min()), float(seen.max())))
+
+
+def _tells(found: Identified) -> bool:
+    enough = found.lines is not None and len(found.lines) >= LEAST_LINES
+    return enough and found.plot is not None and found.bend is not None
+
+
+def _jumps(x: FloatArray, found: Sequence[Identified]) -> FloatArray:
+    """Where the pitch jumps, and where a third of the spectra or more found the gain to; nm, ascending."""
+    of_axis, votes = seams(x), np.empty(0)
+    for one in found:
+        assert one.bend is not None
+        pair = one.bend.knots_nm
+        votes = np.append(votes, (0.5 * (pair[1:] + pair[:-1]))[np.diff(pair) < SEAM_NM])
+    votes = np.sort(votes[np.abs(votes[:, None] - of_axis).min(axis=1, initial=np.inf) > NEAR_NM])
+    jumps = of_axis
+    while len(votes):
+        near = np.abs(votes[:, None] - votes) < NEAR_NM
+        own = near[np.argmax(near.sum(axis=1))]
+        if own.sum() < max(len(found) / 3, 2):
+            break
+        jumps = np.append(jumps, np.median(votes[own]))
+        votes = votes[np.abs(votes - jumps[-1]) > 2 * NEAR_NM]
+    return np.sort(jumps)
+
+
+def _told_by(found: Identified, at: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """What a spectrum tells of ln(response) at knots (nm): the inverse of its covariance, (k, k), which may
+    be singular, and that times ln(response), (k,)."""
+    plot, lines = found.plot, found.lines
+    assert plot is not None and lines is not None
+    k, gain = len(at), np.zeros(len(at))
+    if plot.response is not None:
+        lines = replace(lines, log_area=lines.log_area + plot.response.at(lines.vacuum_nm))
+        gain = plot.response.at(at)
+    residual, slope, prior, _ = slopes(lines, plot, Bend(at, gain, np.zeros((k, k))))
+    sigma = np.hypot(lines.error, CALIBRATION)
+    sigma = np.hypot(sigma, misfit(residual, sigma, len(lines) - GLOBAL - len(plot.names)))
+    weight = trust(residual / sigma) / sigma**2
+    normal, toward = slope.T @ (weight[:, None] * slope) + prior, slope.T @ (weight * residual)
+    taken = np.linalg.solve(normal[:-k, :-k], normal[:-k, -k:])
+    inverse = normal[-k:, -k:] - normal[-k:, :-k] @ taken
+    return inverse, toward[-k:] - taken.T @ toward[:-k] + inverse @ gain
+
+
+def _shared(
+    each: Sequence[tuple[FloatArray, FloatArray]], stiff: FloatArray, own: FloatArray
+) -> tuple[float, FloatArray, FloatArray, FloatArray]:
+    """ln of how likely the spectra are, ln(response) at the knots, its covariance, and the spectra's weights.
+    stiff: what is known beforehand; own: covariance of what each spectrum's own plasma adds to it."""
+    inverse_own, eye = np.linalg.inv(own), np.eye(len(own))
+    told = [
+        (i @ np.linalg.solve(eye + own @ i, eye), np.linalg.solve(eye + i @ own, y))
+        for i, y in each
+    ]
+    weight, log, normal = np.ones(len(each)), np.zeros(len(own)), stiff
+    for _ in range(TURNS):
+        normal = stiff + sum(w * i for w, (i, _) in zip(weight, told, strict=True))
+        log = np.linalg.solve(normal, sum(w * y for w, (_, y) in zip(weight, told, strict=True)))
+        off = [
+            (y - i @ log) @ np.linalg.pinv(i, TOLD, hermitian=True) @ (y - i @ log) for i, y in told
+        ]
+        free = [np.linalg.matrix_rank(i, TOLD * np.trace(i), hermitian=True) for i, _ in told]
+        weight = trust(DOUBTED * np.sqrt(np.array(off) / np.maximum(free, 1)))
+    likely = 0.0
+    for inverse, y in each:
+        left, both = y - inverse @ log, inverse_own + inverse
+        likely += 0.5 * left @ np.linalg.solve(both, left)
+        likely -= 0.5 * (np.linalg.slogdet(both)[1] - np.linalg.slogdet(inverse_own)[1])
+    covariance = np.asarray(np.linalg.inv(normal), np.float64)
+    return float(likely), np.asarray(log, np.float64), covariance, np.asarray(weight, np.float64)

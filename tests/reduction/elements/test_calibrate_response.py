@@ -1,10 +1,15 @@
 """The response of a made-up instrument, from its lamp and from what lines told."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from labrun.drivers.simulated.twins.shot import ShotMaker
+from labrun.reduction import read_spectrum, reduce_spectrum
 from labrun.reduction.elements.calibrate_response import from_lamp, from_lines
-from labrun.reduction.plasma.response import Response
+from labrun.reduction.plasma.boltzmann import CALIBRATION, Bend, fit_plot
+from labrun.reduction.plasma.response import LOOSE, stiffness
 from labrun.reduction.spectrum.spectrum import Spectrum
 
 SEAM_NM = 470.0
@@ -58,20 +63,46 @@ def test_a_lamp_that_was_off_tells_nothing():
         from_lamp(Spectrum(x, np.full(len(x), -1.0)), certified_nm, radiance)
 
 
-def test_what_the_lines_of_several_spectra_tell_is_weighted_and_its_scatter_counts():
-    knots = np.array([200.0, 400.0, 600.0])
-    told = [
-        Response(knots, np.array([0.0, 1.0, 2.0]) + shift, np.array([0.1, 0.1, 0.1]))
-        for shift in (0, 5)
-    ]  # their scales differ by e^5: nobody's concern
-    apart = [told[0], Response(knots, np.array([0.0, 2.0, 1.0]), np.array([0.1, 0.1, 0.1]))]
-    alike, unlike = from_lines(told), from_lines(apart)
-
-    assert np.log(alike.response) == pytest.approx([-2, -1, 0])
-    assert alike.error == pytest.approx(np.full(3, 0.1 / np.sqrt(2)))
-    assert unlike.error[1] == pytest.approx(0.5)
+@pytest.fixture(scope="module")
+def core():
+    """The elements and lines of a shot at the simulated core."""
+    shot = ShotMaker(core=1, seed=3).csv({"n": 1, "x": 1.2, "y": 3.0, "focus": 1.0})
+    return reduce_spectrum(read_spectrum(shot)).identified
 
 
-def test_without_any_that_tells_there_is_no_response():
-    with pytest.raises(ValueError, match="no spectrum has lines that tell a response"):
-        from_lines([])
+KNOTS = np.linspace(240.0, 880.0, 17)
+
+
+def bent(core, gain, seed):
+    """The core's lines through a response, which is ln(gain) at KNOTS, as one spectrum tells it."""
+    lines, rng = core.lines, np.random.default_rng(seed)
+    off = np.interp(lines.vacuum_nm, KNOTS, gain) - core.plot.residual
+    off += rng.normal(0, np.hypot(lines.error, CALIBRATION))
+    bend = Bend(KNOTS, 0 * KNOTS, stiffness(KNOTS, np.empty(0), LOOSE))
+    shown = replace(lines, log_area=lines.log_area + off)
+    plot = fit_plot(shown, bend=bend)
+    own = replace(shown, log_area=shown.log_area - plot.response.at(shown.vacuum_nm))
+    return replace(core, lines=own, plot=plot, bend=bend, response=plot.response)
+
+
+def test_the_lines_of_all_spectra_tell_one_response_better_than_those_of_one(core):
+    true = 1.5 * np.sin(KNOTS / 90)
+    found = [bent(core, true, seed) for seed in range(8)]
+    told = from_lines(KNOTS, found)
+    spoiled = from_lines(KNOTS, [*found, bent(core, -3 * true, 9)])
+
+    def off(response):
+        error = np.log(response) - true
+        return error - np.average(error, weights=told.response.error**-2)
+
+    apart = [off(np.exp(one.response.at(KNOTS))) for one in found]
+    assert told.response.wavelength_nm == pytest.approx(KNOTS)
+    assert np.mean(np.abs(off(told.response.response)) < 2 * told.response.error) > 0.8
+    assert np.std(off(told.response.response)) < 0.7 * np.median(np.std(apart, axis=1))
+    assert told.spectra == 8
+    assert off(spoiled.response.response) == pytest.approx(off(told.response.response), abs=0.3)
+
+
+def test_with_few_that_tell_there_is_no_response(core):
+    with pytest.raises(ValueError, match="1 of 6 spectra have enough lines to tell a response"):
+        from_lines(KNOTS, [core, *[None] * 5])
