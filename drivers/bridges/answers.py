@@ -71,6 +71,12 @@ class NoNumber(ValueError):
         self.name = name
 
 
+def unmatched(text: str, pattern: Any) -> BadAnswer:
+    """That an answer is not the one that was wanted, or has more in it."""
+    part = "; only a part of it does, and the whole has to" if pattern.search(text) else ""
+    return BadAnswer(f"it does not match {pattern.pattern!r}{part}")
+
+
 def values(
     text: str, returns: Mapping[str, Any], pattern: Any, decimal: str = "."
 ) -> dict[str, Any]:
@@ -88,7 +94,7 @@ def values(
     if table and (len(returns) > 1 or (found is None and "\n" in text)):
         return _columns([_parts(line, returns, pattern) for line in text.splitlines()], returns)
     if found is None:
-        raise BadAnswer(f"it does not match {pattern.pattern!r}")
+        raise unmatched(text, pattern)
     if not returns:
         return {}
 

@@ -6,7 +6,18 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import Any
 
-from .answers import INFINITE, OWN, BadAnswer, NoNumber, items_of, may_lack, none_for, value, values
+from .answers import (
+    INFINITE,
+    OWN,
+    BadAnswer,
+    NoNumber,
+    items_of,
+    may_lack,
+    none_for,
+    unmatched,
+    value,
+    values,
+)
 
 
 def plainly(data: Any) -> str:
@@ -59,7 +70,7 @@ def answer_values(
     if wanted is not None:
         found = wanted.fullmatch(text.strip())
         if found is None:
-            raise BadAnswer(f"it does not match {wanted.pattern!r}")
+            raise unmatched(text.strip(), wanted)
         text = found[1 if wanted.groups else 0]
     return json_values(text, returns)
 

@@ -171,3 +171,11 @@ def test_values_that_nobody_wanted_are_no_others(text, words):
         "a": 1,
         "b": 2,
     }
+
+
+@pytest.mark.parametrize(("pattern", "part"), [("T=(.*)C", True), ("P=(.*)", False)])
+def test_an_answer_of_which_only_a_part_fits_its_pattern_is_told_so(pattern, part):
+    with pytest.raises(BadAnswer, match="does not match") as told:
+        values("T=21.5C OK", {"t": {}}, re.compile(pattern))
+
+    assert ("only a part of it does" in str(told.value)) is part
