@@ -312,7 +312,8 @@ class Inference:
         )
         if a_time and (isinstance(node.op, ast.Add) or (less and left.kind == "moment")):
             return MOMENT
-        message = f"{as_written(node.left)} is {in_words(left)} and {as_written(node.right)} is {in_words(right)}"
+        ours = f"{as_written(node.left)} is {in_words(left)}"
+        message = f"{ours} and {as_written(node.right)} is {in_words(right)}"
         hint = "two moments may be subtracted, and a time such as 5 min be added to one"
         return self.fault("E308", f"{message}; they cannot be combined", hint)
 
