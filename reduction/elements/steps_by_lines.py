@@ -23,7 +23,7 @@ from ..plasma.growth import growth_table
 from ..plasma.plot_fit import GLOBAL, depths, read_even, rows_of_table, states, thin_areas, trust
 from ..plasma.response import between
 from ..plasma.strengths import GRID_K, atoms
-from ..spectrum.kernel import inner_kernel, kernel
+from ..spectrum.kernel import kernel, part_kernel
 from ..spectrum.spectrum import FloatArray
 
 JUMP = 1.3  # of ln(gain), one sigma beforehand
@@ -46,16 +46,17 @@ def steps_by_lines(lines: PlotLines, plot: Plot, bend: Bend) -> tuple[FloatArray
     p[GLOBAL : GLOBAL + k] = plot.log_scale[plot.names]
     if plot.response is not None:
         p[GLOBAL + k :] = plot.response.at(bend.knots_nm)
-    return _steps(
+    found, sizes, s = _steps(
         (lines.log_area, lines.error, np.searchsorted(plot.names, lines.element), lines.vacuum_nm,
          lines.width_nm),
         (lines.rows, lines.entry, a.ion, a.log_ga, a.e_k_ev),
         plot.names, (a.log_u, GRID_K, a.limit_ev, growth_table()), p, bend.knots_nm, bend.stiff,
         np.argsort(lines.vacuum_nm),
     )  # fmt: skip
+    return found[:s], sizes[:s]
 
 
-@inner_kernel
+@part_kernel
 def _log_areas(p, rows, which, vacuum_nm, width_nm, names, tables):
     """ln of the area of each line, (n,), with parameters as of `gauss_newton`, but for the response."""
     log_u, grid_k, limit_ev, growth = tables
@@ -73,20 +74,24 @@ def _log_areas(p, rows, which, vacuum_nm, width_nm, names, tables):
 
 @kernel
 def _steps(lines, table, names, tables, p, knots_nm, stiff, order):
-    """The same; the plot is made straight where it is. order: of the lines along the axis."""
+    """The same, and how many; the plot is made straight where it is. order: of the lines along the axis."""
     log_area, error, which, vacuum_nm, width_nm = lines
     rows = rows_of_table(table, which)
     n, n_p, k, n_knots = len(log_area), len(p), len(names), len(knots_nm)
     bent = GLOBAL + k
-    model = _log_areas(p, rows, which, vacuum_nm, width_nm, names, tables)
     slope, pull, off = np.zeros((n_p + MOST, n)), np.full(n_p + MOST, 1e-9), np.zeros(n_p + MOST)
     pull[0], pull[1], pull[2] = 1 / USUAL_SPREAD**2, 1 / USUAL_NE_SPREAD**2, OPACITY_KNOWN
-    for a in range(GLOBAL):
+    model = np.zeros(n)
+    for a in range(-1, GLOBAL):
         other = p.copy()
-        other[a] += BESIDE[a]
-        moved = _log_areas(other, rows, which, vacuum_nm, width_nm, names, tables)
+        if a >= 0:
+            other[a] += BESIDE[a]
+        log = _log_areas(other, rows, which, vacuum_nm, width_nm, names, tables)
         for i in range(n):
-            slope[a, i] = (moved[i] - model[i]) / BESIDE[a]
+            if a < 0:
+                model[i] = log[i]
+            else:
+                slope[a, i] = (log[i] - model[i]) / BESIDE[a]
     residual, knot, part = np.empty(n), np.zeros(n, np.int64), np.zeros(n)
     if n_knots:
         knot, part = between(knots_nm, vacuum_nm)
@@ -132,13 +137,14 @@ def _steps(lines, table, names, tables, p, knots_nm, stiff, order):
         for a in range(m):
             gradient[a] += off[a]
         if not factorise(normal, lower):
-            return found[:0].copy(), sizes[:0].copy()
+            return found, sizes, 0
         solve(lower, gradient, step)
         for j in range(s):
             sizes[j] = step[n_p + j]
         if s == MOST or n_places == 0:
             break
-        left[:] = residual
+        for i in range(n):  # left[:] = residual compiles the words of an error
+            left[i] = residual[i]
         for a in range(m):
             for i in range(n):
                 left[i] -= step[a] * slope[a, i]
@@ -149,10 +155,10 @@ def _steps(lines, table, names, tables, p, knots_nm, stiff, order):
         for q in range(after[best_q], n):
             slope[m, order[q]] = 1.0
         s += 1
-    return found[:s].copy(), sizes[:s].copy()
+    return found, sizes, s
 
 
-@inner_kernel
+@part_kernel
 def _likeliest(slope, weight, left, lower, order, after):
     """How much likelier, in ln, a jump at the best place makes the lines, and which place that is.
 

@@ -240,7 +240,10 @@ def _fitted(
         p[GLOBAL + k + b] = gain[b]
     kept, residual, weight = np.empty(n), np.empty(n), np.empty(n)
     depths(p, thin, which, vacuum_nm, width_nm, residual)
-    p[2] = np.log(0.5) - np.max(residual[:n_seen])
+    thickest = -np.inf
+    for i in range(n_seen):
+        thickest = max(thickest, residual[i])
+    p[2] = np.log(0.5) - thickest
     toward = p.copy()
     toward[0] = np.log(USUAL_K)
     prior[0], prior[1], prior[2] = 1 / USUAL_SPREAD**2, 1 / density_spread**2, OPACITY_KNOWN
@@ -318,9 +321,10 @@ def _as_plot(
     # A response that was found bends to the lines, and takes as many of them as it has freedom from what is
     # known beforehand.
     bends = n_knots - float(np.sum(bend.stiff * covariance[3 + k :, 3 + k :]))
-    by_scatter = _scattered(
+    by_scatter, by_gain = _scattered(
         covariance, prior, bend.stiff, scatter(residual / sigma, len(lines) - (3 + k) + 1.0 - bends)
     )  # fmt: skip
+    own_heat = covariance[0, 0]
     covariance = covariance * max(chi2, 1.0)
     scale = np.full(len(atoms().elements), np.nan)
     scale[names] = p[3 : 3 + k]
@@ -334,8 +338,7 @@ def _as_plot(
     response, blind = None, 1.0
     if n_knots:
         gain = covariance[3 + k :, 3 + k :]
-        by_gain = _told_by(covariance, 3 + k)
-        blind = float((1.0 - min(by_gain / covariance[0, 0], MOST_BY_GAIN)) ** -0.5)
+        blind = float((1.0 - min(by_gain / own_heat, MOST_BY_GAIN)) ** -0.5)
         # The level itself is in the amounts: only differences along the axis have an error here.
         own = gain.diagonal() - 2.0 * gain.mean(axis=0) + gain.mean()
         response = Response(bend.knots_nm, p[3 + k :], np.sqrt(np.maximum(own, 0.0)))
@@ -356,7 +359,8 @@ def _as_plot(
 
 @kernel
 def _scattered(covariance, prior, stiff, scale):
-    """A covariance whose lines scatter by `scale` times the variance; what is known beforehand stays."""
+    """A covariance whose lines scatter by `scale` times the variance; what is known beforehand stays. And how
+    much of the first parameter's variance the last ones, of which `stiff` is known, would tell."""
     n, before = len(prior), len(prior) - len(stiff)
     lower = np.zeros((n, n))
     normal = inverse(covariance, lower)
@@ -366,18 +370,17 @@ def _scattered(covariance, prior, stiff, scale):
             if b >= before:
                 known += stiff[a - before, b - before]
             normal[a, b] = (normal[a, b] - known) / scale + known
-    return inverse(normal, lower)
-
-
-@kernel
-def _told_by(covariance, first):
-    """How much of the first parameter's variance those from `first` on would tell."""
-    own, shared = covariance[first:, first:].copy(), covariance[0, first:].copy()
-    lower, step = np.zeros(own.shape), np.zeros(len(own))
-    if not factorise(own, lower):
-        return np.nan
-    solve(lower, shared, step)
-    return np.sum(shared * step)
+    m, told = n - before, 0.0
+    own, shared, step = np.empty((m, m)), np.empty(m), np.zeros(m)
+    for a in range(m):
+        shared[a] = covariance[0, before + a]
+        for b in range(m):
+            own[a, b] = covariance[before + a, before + b]
+    if factorise(own, lower):
+        solve(lower, shared, step)
+    for a in range(m):
+        told += shared[a] * step[a]
+    return inverse(normal, lower), told
 
 
 def _lost(kept: FloatArray) -> float:

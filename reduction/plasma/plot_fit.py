@@ -9,7 +9,7 @@ import numpy as np
 
 from ..lines.lines import BOLTZMANN_EV_PER_K, LOWERING_EV
 from ..peaks.levenberg import factorise, solve
-from ..spectrum.kernel import inner_kernel, kernel
+from ..spectrum.kernel import inner_kernel, kernel, part_kernel
 from .growth import HC_BY_K_NM_K, PEAK_OF_LORENTZIAN
 from .plasma import SAHA_PER_CM3
 
@@ -122,7 +122,7 @@ def depths(p, thin, which, vacuum_nm, width_nm, log_tau):
     return thickest
 
 
-@inner_kernel
+@part_kernel
 def absorbed(p, thin, which, vacuum_nm, width_nm, growth, log_tau, kept, slope):
     """Fill log_tau, ln of what each line kept, and its slope; keep the opacity within bounds."""
     grid, log_f, slopes = growth
@@ -141,7 +141,7 @@ def trust(z):
     return 1.0 / (1.0 + (z / OUTLIER) ** 2) ** 2
 
 
-@inner_kernel
+@part_kernel
 def gauss_newton(
     p,
     lines,
@@ -248,7 +248,7 @@ def gauss_newton(
     return inverse(normal, lower)
 
 
-@inner_kernel
+@part_kernel
 def as_thin(log_kelvin, log_density, log_area, n_seen, which, rows, names, tables):
     """ln of each line's thin area for one atom, (n,), and of the amount of each of `names`, the mean
     over its lines that were seen; rows, tables: as of `gauss_newton`."""

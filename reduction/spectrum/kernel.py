@@ -167,3 +167,6 @@ inner_kernel = _kernel(no_cpython_wrapper=True)
 
 sum_kernel = _kernel(no_cpython_wrapper=True, fastmath={"reassoc", "contract", "nsz"})
 """As an inner one, and sums are added several terms side by side, in the order that suits the processor."""
+
+part_kernel = _kernel(no_cpython_wrapper=True, inline="always")
+"""As an inner one of which there is one caller: it is compiled within that, and not by itself as well."""
