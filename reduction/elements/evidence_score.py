@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..spectrum.kernel import inner_kernel, kernel
+from ..spectrum.kernel import kernel, part_kernel
 from ..spectrum.spectrum import FloatArray, IntArray
 
 CANDIDATES = 8  # of the strongest lines that are there: each proposes a brightness
@@ -88,7 +88,7 @@ def evidence_score(begin, end, lines, peaks, log_free):
     return best, best_scale
 
 
-@inner_kernel
+@part_kernel
 def _at(scale, begin, end, lines, peaks, log_free, dark):
     log_area, low_ev, spread, peak, away, log_limit, log_hidden, stretch, against, hidden = lines
     dark.fill(0.0)

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..lines.air import in_medium
 from ..lines.air_kernel import in_air
-from ..spectrum.kernel import inner_kernel, kernel
+from ..spectrum.kernel import inner_kernel, kernel, part_kernel
 from ..spectrum.same_axis import of_axis
 from ..spectrum.spectrum import FloatArray, Medium
 
@@ -135,7 +135,7 @@ def _agreed(peak, weight, line, line_weight, edges, jump, blur):
     return _cheapest(votes, CHANGE, jump)
 
 
-@inner_kernel
+@part_kernel
 def _vote(peak, weight, line, line_weight, edges, blur, votes):
     m, half = 2 * HALF + 1, HALF
     begin, stretch = 0, 0
@@ -159,7 +159,7 @@ def _vote(peak, weight, line, line_weight, edges, blur, votes):
             votes[stretch, s] += weight[k] * best[s]
 
 
-@inner_kernel
+@part_kernel
 def _cheapest(votes, change, jump):
     """The path of most votes; a change by s steps costs change * s, and a jump at the most."""
     n, m = votes.shape

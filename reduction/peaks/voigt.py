@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..spectrum.kernel import inner_kernel, kernel
+from ..spectrum.kernel import kernel, part_kernel
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray
 from .faddeeva import faddeeva
 from .levenberg import PER_LINE, PER_PEAK, ROOT_2, ROOT_2_PI, factorise, fit, solve
@@ -165,7 +165,7 @@ def among(some: IntArray, channels: IntArray) -> BoolArray:
     return channels[np.minimum(np.searchsorted(channels, some), len(channels) - 1)] == some
 
 
-@inner_kernel
+@part_kernel
 def _seen_widths(x, y, peaks, slit):
     """Full widths of the peaks in channels, no less than the slit allows; shape (n,)."""
     full, last = widths(y, peaks), len(x) - 1
@@ -178,7 +178,7 @@ def _seen_widths(x, y, peaks, slit):
     return full
 
 
-@inner_kernel
+@part_kernel
 def _guess(x, y, peaks, first, full, pitch, slit):
     """Parameters, what they are pulled towards and how, and bounds; x in nm from the middle."""
     n = PER_PEAK * len(peaks) + PER_LINE
