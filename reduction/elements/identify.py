@@ -55,6 +55,10 @@ EXPLAINED, NEARLY_ALL = 0.95, 0.96  # chi2, and part of the lines, that need no 
 MISFIT, MISFIT_FROM = 0.5, 1.0  # of ln(area), for each root of the chi2 that is too much
 VOTING = 15  # lines of an element that vote for the offset at first
 STEPS = 10
+# Part of their light that thicker lines lost, below which the last plot, which tells T and changes no
+# element, is fitted from an optical depth of THICKEST on, too: some thick plasmas' fits ended with none, too
+# hot by a fifth.
+THIN, THICKEST = 0.02, 20.0
 MISSING_BY = 0.6  # of ln(area), that a line may be above its limit and not seen
 ROUGH_STEPS = 5  # of the first plot: the second goes on from there
 H_ALPHA_SAYS = 5.0  # no other line of its neighbourhood is half as broad
@@ -207,7 +211,11 @@ def identify(
         if last and response is not None:
             free = replace(bend, stiff=stiffness(bend.knots_nm, seams_nm, OPEN))
         kelvin = plot.temperature_k if plot else start_k
-        plot = fit_plot(lines, known_density(hydrogen), kelvin, STEPS, free, missing, last)
+        given = lines, known_density(hydrogen), kelvin, STEPS, free, missing, last
+        plot = fit_plot(*given)
+        if last and plot is not None and plot.lost < THIN:
+            thick = fit_plot(*given, thickest=THICKEST)
+            plot = plot if thick is None or thick.chi2 > plot.chi2 else thick
         if response is not None and plot is not None:
             response = plot.response
         if response is not None and not last and plot is not None:

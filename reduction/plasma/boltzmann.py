@@ -16,7 +16,7 @@ from ..peaks.levenberg import factorise, solve
 from ..spectrum.curve import median
 from ..spectrum.kernel import kernel
 from ..spectrum.spectrum import BoolArray, FloatArray, IntArray
-from .growth import growth_table
+from .growth import growth_table, log_depth_of_unit, log_kept
 from .plot_fit import (
     COOLEST_K,
     GLOBAL,
@@ -52,6 +52,7 @@ FAR, USUAL_SQUARE = 9.0, 0.995  # z^2 of an outlier; mean of z^2 of a normal law
 MOST_MISFIT, HALVINGS = 2.0, 12  # of ln(area)
 STEPS = 10
 OPACITY_KNOWN = 0.05  # 1 / variance of its ln beforehand: hardly anything
+BESIDE = np.array([0.01, 0.05, 0.05])  # of ln T, ln n_e and opacity, for differences
 LEAST_LINES = 4
 LEAST_SPREAD_EV = 0.8
 
@@ -181,13 +182,15 @@ def fit_plot(
     bend: Bend | None = None,
     missing: PlotLines | None = None,
     scattered: bool = False,
+    thickest: float = 0.5,
 ) -> Plot | None:
     """Fit the plot; None if the lines do not determine a temperature.
 
     density: ln n_e (per cm3) from elsewhere, such as the width of H-alpha. bend: the response is
     fitted, too. missing: lines that should be brighter than `log_area` and are not seen. scattered:
     where lines scatter by more than their errors, all of them do by as much more, strong ones too,
-    and the plot is fitted again; `chi2` stays that of their own errors.
+    and the plot is fitted again; `chi2` stays that of their own errors. thickest: optical depth of the
+    thickest line to begin from.
     """
     if len(lines) < LEAST_LINES:
         return None
@@ -204,7 +207,7 @@ def fit_plot(
         (lines.log_area, lines.error, which, lines.ion, lines.e_k_ev, lines.vacuum_nm, lines.width_nm),
         (lines.rows, lines.entry, a.ion, a.log_ga, a.e_k_ev),
         names, (a.log_u, GRID_K, a.limit_ev, growth_table()), bend.knots_nm, bend.start, bend.stiff,
-        n_seen, density.mean, density.spread, start_k, most_steps, scattered,
+        n_seen, density.mean, density.spread, start_k, most_steps, scattered, thickest,
     )  # fmt: skip
     plot = _as_plot(
         p, covariance, kept[:n_seen], residual[:n_seen], sigma[:n_seen], own, names,
@@ -216,7 +219,7 @@ def fit_plot(
 @kernel
 def _fitted(
     lines, table, names, tables, knots_nm, gain, stiff, n_seen, log_density, density_spread, start_k,
-    most_steps, scattered,
+    most_steps, scattered, depth,
 ):  # fmt: skip
     """Parameters, their covariance, and the weights of what is known beforehand. Of the lines, (n,): ln of
     what they kept, what is left over, its error. chi2 by the lines' own errors and by those, and by how much
@@ -243,7 +246,7 @@ def _fitted(
     thickest = -np.inf
     for i in range(n_seen):
         thickest = max(thickest, residual[i])
-    p[2] = np.log(0.5) - thickest
+    p[2] = np.log(depth) - thickest
     toward = p.copy()
     toward[0] = np.log(USUAL_K)
     prior[0], prior[1], prior[2] = 1 / USUAL_SPREAD**2, 1 / density_spread**2, OPACITY_KNOWN
@@ -312,6 +315,43 @@ def scatter(z, free):
         slope += (say - 4.0 * (z[i] / OUTLIER) ** 2 * say * np.sqrt(say)) / len(z)
     own = says * squares / free / max(slope, LEAST_SLOPE) ** 2
     return float((FEW + free * own) / (FEW + free))
+
+
+def slopes(
+    lines: PlotLines, plot: Plot, bend: Bend
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """The plot made straight where it is. Residuals of any lines of its elements, (n,), and how their
+    ln(area) grows with ln T, ln n_e, opacity, amounts and the response's knots, (n, p); the inverse of the
+    parameters' covariance beforehand, (p, p), and the gradient that the response's own has there, (p,)."""
+    which = np.searchsorted(plot.names, lines.element)
+    k, n_knots = len(plot.names), len(bend.knots_nm)
+    at = np.array([np.log(plot.temperature_k), plot.log10_ne * np.log(10), plot.log_opacity])
+    # One step of each, all at once.
+    at = at[:, None] + np.eye(3, 4, 1) * BESIDE[:, None]
+    kelvin, density, opacity = np.exp(at[0]), np.exp(at[1]), at[2]
+    thin = lines.thin(kelvin, density) + plot.log_scale[lines.element]
+    depth = [
+        log_depth_of_unit(lines.vacuum_nm, lines.width_nm * ne / 1e17, t)
+        for t, ne in zip(kelvin, density, strict=True)
+    ]
+    log_area = thin + log_kept(opacity[:, None] + thin + np.array(depth))
+    slope, rows = np.zeros((len(lines), 3 + k + n_knots)), np.arange(len(lines))
+    slope[:, :3] = ((log_area[1:] - log_area[0]) / BESIDE[:, None]).T
+    slope[rows, 3 + which] = 1.0 + slope[:, 2]
+    prior = np.diag(np.concatenate([
+        [1 / USUAL_SPREAD**2, 1 / USUAL_NE_SPREAD**2, OPACITY_KNOWN], np.full(k + n_knots, 1e-9)
+    ]))  # fmt: skip
+    residual, off = lines.log_area - log_area[0], np.zeros(3 + k + n_knots)
+    if n_knots:
+        knot, part = between(bend.knots_nm, lines.vacuum_nm)
+        slope[rows, 3 + k + knot] = 1.0 - part
+        slope[rows, 4 + k + knot] = part
+        prior[3 + k :, 3 + k :] += bend.stiff
+        if plot.response is not None:
+            gain = plot.response.at(bend.knots_nm)
+            residual -= slope[:, 3 + k :] @ gain
+            off[3 + k :] = -bend.stiff @ gain
+    return residual, slope, prior, off
 
 
 def _as_plot(

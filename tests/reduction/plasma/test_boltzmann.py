@@ -23,7 +23,7 @@ from .uniform_plasma import lines_at
 @pytest.mark.parametrize("kelvin", [8_000.0, 10_500.0, 14_000.0])
 @pytest.mark.parametrize("log_ne", [16.2, 17.3])
 def test_temperature_and_density_of_a_thin_plasma_are_found(kelvin, log_ne):
-    plot = fit_plot(lines_at(kelvin, log_ne))
+    plot = fit_plot(lines_at(kelvin, log_ne), thickest=20.0)
 
     assert plot is not None
     assert plot.temperature_k == pytest.approx(kelvin, rel=0.03)
@@ -31,12 +31,14 @@ def test_temperature_and_density_of_a_thin_plasma_are_found(kelvin, log_ne):
     assert abs(plot.temperature_k - kelvin) < 4 * plot.temperature_error_k
 
 
-def test_self_absorption_is_seen_and_does_not_heat_the_plasma():
+@pytest.mark.parametrize("thickest", [0.5, 20.0])
+def test_self_absorption_is_seen_and_does_not_heat_the_plasma(thickest):
     thin = lines_at(10_000.0, 17.0)
     reference = np.max(
         thin.thin(1e4, 1e17) + log_depth_of_unit(thin.vacuum_nm, thin.width_nm, 10_000.0)
     )
-    plot = fit_plot(lines_at(10_000.0, 17.0, np.log(20.0) - reference), Known(17 * np.log(10), 0.3))
+    lines = lines_at(10_000.0, 17.0, np.log(20.0) - reference)
+    plot = fit_plot(lines, Known(17 * np.log(10), 0.3), thickest=thickest)
 
     assert plot is not None
     assert plot.temperature_k == pytest.approx(10_000.0, rel=0.04)
