@@ -7,6 +7,7 @@ import importlib
 import io
 import os
 import sys
+from copy import copy
 
 from .exit_status import CTRL_C, FAULT, PROBLEMS, SUCCEEDED
 
@@ -155,6 +156,8 @@ def _run(argv: list[str], plugins: dict) -> None:
         for name in wanted:
             command = every[name]()
             if isinstance(command, typer.Typer):
+                command = copy(command)  # it stays its module's own
+                command.registered_commands = list(command.registered_commands)
                 for part, ours in PARTS.get(name, {}).items():
                     command.command(part)(_command(ours))
                 app.add_typer(command, name=name, rich_help_panel=groups[name])

@@ -28,7 +28,7 @@ def response(
         list[Path],
         typer.Argument(
             metavar="SPECTRUM...",
-            help="Spectra of the lamp, or of five samples or more with many lines.",
+            help="Spectra of the lamp, or of samples with many lines: better five and unlike.",
         ),
     ],
     lamp: Annotated[
@@ -57,7 +57,7 @@ def response(
         elif dark is not None:
             raise ValueError("--dark needs --lamp")
         else:
-            found, how = _by_lines(files)
+            found, how = _by_lines(files, output)
         output.parent.mkdir(parents=True, exist_ok=True)
         made = datetime.now(UTC).astimezone().isoformat(timespec="seconds")
         write_response(found, output, [f"labrun calibrate response, {made}", how])
@@ -189,17 +189,15 @@ def _by_lamp(files: list[Path], lamp: Path, dark: Path | None) -> tuple[Any, str
     return found, f"{shots}, {minus}, over {lamp.name}"
 
 
-def _by_lines(files: list[Path]) -> tuple[Any, str]:
-    from ..elements.calibrate_response import LEAST_SPECTRA, from_lines
+def _by_lines(given: list[Path], output: Path) -> tuple[Any, str]:
+    from ..batch.gather import gather
+    from ..elements.calibrate_response import ENOUGH_SPECTRA, from_lines
     from ..elements.merged import without_merged
     from ..reduce import reduce_spectrum
 
-    files = sorted(set(files))
-    if len(files) < LEAST_SPECTRA:
-        raise ValueError(
-            f"lines tell a response by {LEAST_SPECTRA} spectra of one instrument or more, better of unlike "
-            f"samples, and here are {len(files)}; a lamp tells it by one (--lamp)"
-        )
+    files = [one.path for one in gather(given, output).spectra]
+    if not files:
+        raise ValueError(f"no spectra in {', '.join(map(str, given))}")
     # All are read before the first is reduced: what cannot be is told before minutes of compiling.
     spectra = [_read(path) for path in files]
     _one_axis(files, spectra)
@@ -212,9 +210,10 @@ def _by_lines(files: list[Path]) -> tuple[Any, str]:
     response, (first, last) = told.response, told.range_nm
     unsure = [f"{nm:.0f}" for nm in response.wavelength_nm[response.error > UNSURE]]
     places = f"; hardly told (error above {100 * UNSURE:.0f} %) at {', '.join(unsure)} nm"
+    few = f"; what fewer than {ENOUGH_SPECTRA} plasmas lack may be taken for the instrument's"
     return response, (
         f"lines from {first:.0f} to {last:.0f} nm of {told.spectra} of {len(files)} spectra"
-        f"{places if unsure else ''}"
+        f"{places if unsure else ''}{few if told.spectra < ENOUGH_SPECTRA else ''}"
     )
 
 

@@ -16,7 +16,8 @@ from .response import LEAST_LINES
 
 SMOOTH_NM = 2.0
 LEAST_CHANNELS = 5
-LEAST_SPECTRA = 5  # with fewer, what a plasma lacks is taken for the instrument's
+ENOUGH_SPECTRA = 5  # of fewer, what a plasma lacks may be taken for the instrument's
+OWN_OF_FEW = 1.0  # which they cannot tell
 # What each spectrum's own plasma may add, as a part of what a response may be beforehand.
 OWN = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)
 SEAM_NM, NEAR_NM = 1.05, 2.0  # knots of a seam; places of one
@@ -73,20 +74,19 @@ def from_lines(x: FloatArray, found: Sequence[Identified | None]) -> FromLines:
     Each spectrum's plot is made straight where it is, and what its own state and amounts may do is taken
     out; what is left it tells of the response, with all covariances, and all are added up (generalised
     least squares). A spectrum's plasma lacks something of its own, too, which looks like a response: how
-    much is what makes all the spectra likeliest, and the errors count it. A spectrum that is far from the
-    others loses its weight. Raises ValueError where fewer than LEAST_SPECTRA tell.
+    much is what makes all the spectra likeliest, and the errors count it; fewer than ENOUGH_SPECTRA
+    cannot tell, and it is taken for large. A spectrum that is far from the others loses its weight. Raises
+    ValueError where none has enough lines.
     """
     told = [one for one in found if one is not None and _tells(one)]
-    if len(told) < LEAST_SPECTRA:
-        raise ValueError(
-            f"{len(told)} of {len(found)} spectra have enough lines to tell a response, and it takes "
-            f"{LEAST_SPECTRA} of them"
-        )
+    if not told:
+        raise ValueError("no spectrum has enough lines to tell a response; a lamp does (--lamp)")
     jumps = _jumps(x, told)
     at = knots((float(x[0]), float(x[-1])), jumps)
     usual = np.asarray(np.linalg.inv(stiffness(at, jumps, LOOSE)), np.float64)
     each = [_told_by(one, at) for one in told]
-    of_own = [_shared(each, stiffness(at, jumps, OPEN), own**2 * usual) for own in OWN]
+    sizes = OWN if len(told) >= ENOUGH_SPECTRA else (OWN_OF_FEW,)
+    of_own = [_shared(each, stiffness(at, jumps, OPEN), own**2 * usual) for own in sizes]
     _, log, covariance, weight = max(of_own, key=lambda one: one[0])
     middle = np.eye(len(at)) - 1.0 / len(at)  # the scale of a response is nobody's concern
     error = np.sqrt(np.diag(middle @ covariance @ middle))
