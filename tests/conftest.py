@@ -23,7 +23,7 @@ import signal
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from ctypes.util import find_library
 from importlib.util import find_spec
 from pathlib import Path
@@ -221,3 +221,19 @@ def summary(counts: Counter[str]) -> list[str]:
         f"{count} tests left out, since they need {name}: {NEEDS[name].remedy}"
         for name, count in sorted(counts.items())
     ]
+
+
+@pytest.fixture
+def terminal(tmp_path: Path) -> Iterator[Callable[..., object]]:
+    """`terminal("run", "scan.yaml")`: a labrun command at a terminal, ended with the test."""
+    from .terminal import Terminal  # not on Windows
+
+    made: list[Terminal] = []
+
+    def start(*words: object, **environment: str) -> Terminal:
+        made.append(Terminal(tmp_path, *words, **environment))
+        return made[-1]
+
+    yield start
+    for one in made:
+        one.close()

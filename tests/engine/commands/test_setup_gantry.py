@@ -1,10 +1,6 @@
 """`labrun setup gantry` in a terminal, with a person who answers, in front of a controller."""
 
-import os
-import pty
 import signal
-import subprocess
-import sys
 import time
 
 import pytest
@@ -19,69 +15,8 @@ __all__ = ["peer", "peers"]
 pytestmark = pytest.mark.slow
 
 
-class Terminal:
-    """`labrun setup gantry` on a pseudo-terminal: waits for a question, types an answer."""
-
-    def __init__(self, folder, *options):
-        self.master, slave = pty.openpty()
-        command = [sys.executable, "-m", "labrun.engine", "setup", "gantry", *options]
-        self.process = subprocess.Popen(
-            command, cwd=folder, stdin=slave, stdout=slave, stderr=slave, close_fds=True
-        )
-        os.close(slave)
-        self.text = ""
-        self._read = 0
-
-    def answer(self, question, line):
-        """Type a line when this has been asked."""
-        self.wait_for(question)
-        os.write(self.master, line.encode() + b"\n")
-
-    def wait_for(self, words):
-        end = time.monotonic() + 500
-        while words not in self.text[self._read :]:
-            assert time.monotonic() < end, self.text
-            try:
-                self.text += os.read(self.master, 4096).decode(errors="replace")
-            except OSError:
-                assert words in self.text[self._read :], self.text
-        self._read = self.text.index(words, self._read) + len(words)
-
-    def end(self):
-        """Its exit status, and the rest of what it says."""
-        while True:
-            try:
-                more = os.read(self.master, 4096)
-            except OSError:
-                break
-            if not more:
-                break
-            self.text += more.decode(errors="replace")
-        return self.process.wait(60)
-
-    def close(self):
-        if self.process.poll() is None:
-            self.process.kill()
-            self.process.wait()
-        os.close(self.master)
-
-
-@pytest.fixture
-def terminal(tmp_path):
-    """`terminal("--port", path)`; ended with the test."""
-    made = []
-
-    def make(*options):
-        made.append(Terminal(tmp_path, *options))
-        return made[-1]
-
-    yield make
-    for one in made:
-        one.close()
-
-
 def test_from_a_cable_to_a_lab_that_works(terminal, peer, tmp_path):
-    terminal = terminal("--port", peer.path)
+    terminal = terminal("setup", "gantry", "--port", peer.path)
     terminal.answer("$20=1: soft limits are off", "y")
     terminal.answer("Move?", "y")  # each goes to minus: with soft limits on, 0 is an end
     for question, way in (("X: which way", "b"), ("Y: which way", "l"), ("Z: which way", "u")):
@@ -91,7 +26,7 @@ def test_from_a_cable_to_a_lab_that_works(terminal, peer, tmp_path):
     status = terminal.end()
     lab, problems = load_lab(tmp_path / "lab.yaml")
 
-    assert status == 0, terminal.text
+    assert status == 0, terminal.screen
     assert problems == []
     assert lab is not None
     device = lab.lab.devices["gantry"]
@@ -106,14 +41,14 @@ def test_from_a_cable_to_a_lab_that_works(terminal, peer, tmp_path):
 
 
 def test_an_axis_that_does_not_move_ends_it_and_nothing_is_written(terminal, peer, tmp_path):
-    terminal = terminal("--port", peer.path)
+    terminal = terminal("setup", "gantry", "--port", peer.path)
     terminal.answer("$20=1: soft limits are off", "n")
     terminal.answer("Move?", "y")
     terminal.answer("X: which way", "none")
     status = terminal.end()
 
     assert status != 0
-    assert "X did not move: look at its motor's cable" in terminal.text.replace("\r\n", " ")
+    assert "X did not move: look at its motor's cable" in terminal.screen.replace("\n", " ")
     assert not (tmp_path / "lab.yaml").exists()
 
 
@@ -124,7 +59,7 @@ def test_an_axis_that_does_not_move_ends_it_and_nothing_is_written(terminal, pee
 def test_a_signal_stops_what_moves_and_waits_for_no_answer(terminal, peers, number, word, status):
     peer = peers()
     peer.homing_s = 1000.0
-    terminal = terminal("--port", peer.path)
+    terminal = terminal("setup", "gantry", "--port", peer.path)
     terminal.answer("$20=1: soft limits are off", "n")
     if word == "Ctrl-C":
         terminal.wait_for("Move?")
@@ -136,15 +71,15 @@ def test_a_signal_stops_what_moves_and_waits_for_no_answer(terminal, peers, numb
     terminal.process.send_signal(number)
     ended = terminal.end()
 
-    assert ended == status, terminal.text
-    assert f"{word}: stopped; lab.yaml was not written" in terminal.text
+    assert ended == status, terminal.screen
+    assert f"{word}: stopped; lab.yaml was not written" in terminal.screen
     while peer.state == "Home":  # what was sent to it is on its way
         time.sleep(0.02)
 
 
 def test_no_controller_there(terminal, tmp_path):
-    terminal = terminal("--port", str(tmp_path / "none"))
+    terminal = terminal("setup", "gantry", "--port", str(tmp_path / "none"))
 
     assert terminal.end() != 0
-    assert "there is no port" in terminal.text
-    assert "no controller was found" in terminal.text
+    assert "there is no port" in terminal.screen
+    assert "no controller was found" in terminal.screen

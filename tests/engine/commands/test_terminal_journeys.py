@@ -4,12 +4,9 @@ Real commands on real pseudo-terminals; the truth is the twins' own log, which n
 """
 
 import json
-import os
-import pty
 import re
 import subprocess
 import sys
-import threading
 import time
 
 import pytest
@@ -47,64 +44,21 @@ finally:
   - {{fail: the valve is still open, on_error: continue}}
   - {{do: gantry.move_to, with: {{z: 5 mm}}}}
 """
-ESCAPES = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\r")
-
-
-class Terminal:
-    """A labrun command on its own pseudo-terminal, in which keys can be pressed."""
-
-    def __init__(self, folder, *words):
-        self.ours, theirs = pty.openpty()
-        self.process = subprocess.Popen(
-            [*COMMAND, *map(str, words)], cwd=folder, stdin=theirs, stdout=theirs, stderr=theirs,
-            preexec_fn=lambda: os.login_tty(theirs),
-            env={**os.environ, "TERM": "xterm-256color", "COLUMNS": "200", "TMPDIR": str(folder)},
-        )  # fmt: skip
-        os.close(theirs)
-        self.seen = ""
-        self.reading = threading.Thread(target=self._read)
-        self.reading.start()
-
-    def _read(self):
-        while True:
-            try:
-                data = os.read(self.ours, 65536)
-            except OSError:  # the command has ended
-                return
-            self.seen += data.decode(errors="replace")
-
-    @property
-    def screen(self):
-        return ESCAPES.sub("", self.seen)
-
-    def wait_for(self, text):
-        wait_until(lambda: text in self.screen or self.process.poll() is not None)
-        if text not in self.screen:  # it has ended: what it said last is still to be read
-            self.reading.join(timeout=500)
-        assert text in self.screen, self.screen
-
-    def press(self, keys):
-        os.write(self.ours, keys)
-
-    def end(self):
-        status = self.process.wait(timeout=120)
-        self.reading.join(timeout=500)
-        os.close(self.ours)
-        return status
 
 
 class Bench:
     """A folder with a lab and a protocol, and what its devices truly did."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, terminal):
         self.folder = folder
+        self._terminal = terminal
 
     def set_up(self, *, seed=1, rate=0, keep_going="true", rows=1):
         (self.folder / "lab.yaml").write_text(LAB.format(seed=seed, rate=rate))
         (self.folder / "scan.yaml").write_text(SCAN.format(keep_going=keep_going, rows=rows))
 
     def terminal(self, *words):
-        return Terminal(self.folder, *words)
+        return self._terminal(*words, TMPDIR=str(self.folder))
 
     def run(self):
         return self.terminal("run", "scan.yaml", "--lab", "lab.yaml", "--yes")
@@ -139,8 +93,8 @@ class Bench:
 
 
 @pytest.fixture
-def bench(tmp_path):
-    return Bench(tmp_path)
+def bench(tmp_path, terminal):
+    return Bench(tmp_path, terminal)
 
 
 def wait_until(holds, timeout_s=500):
@@ -154,7 +108,7 @@ def test_ctrl_c_in_a_call_stops_the_axis_and_says_where_it_stands(bench):
     words = ("gantry.move_to", "x=700 mm", "feed=600 mm/min", "--lab", "lab.yaml", "--yes")
     terminal = bench.terminal("call", *words)
     wait_until(lambda: bench.place()["x"] > 1)
-    terminal.press(b"\x03")
+    terminal.press("\x03")
     terminal.wait_for("gantry now: ")
     status = terminal.end()
 
@@ -243,7 +197,7 @@ def test_ctrl_c_in_a_run_leaves_what_it_cut_unfinished_and_a_resume_fires_nothin
     bench.set_up()
     terminal = bench.run()
     wait_until(lambda: len(bench.fired()) == 3)
-    terminal.press(b"\x03")
+    terminal.press("\x03")
     status = terminal.end()
     word, (plan, measured, failed, left) = bench.told()
     again = bench.terminal("resume", "last", "--by", "Ada")
