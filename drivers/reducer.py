@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from hashlib import sha256
 from importlib import import_module
@@ -44,7 +45,7 @@ class Reducer(Driver):
 
     async def reduce(
         self, goal: GoalContext, *, spectrum: str, elements: list[str] | None = None,
-        calibration: str | None = None, closure: str | None = None,
+        calibration: str | None = None, closure: str | None = None, response: str | None = None,
     ) -> dict[str, Any]:  # fmt: skip
         if self._warming is not None and not self._warming.done():
             # Only one thread imports and compiles: two could deadlock, one with numba's lock, one
@@ -59,13 +60,14 @@ class Reducer(Driver):
         sent = goal.files.get("spectrum")
         source = spectrum if sent is None else sent.data
         try:
-            known = None if calibration is None else _text(goal, calibration)
+            known = _text(goal, "calibration", calibration), _text(goal, "response", response)
             loop = asyncio.get_running_loop()
             return await loop.run_in_executor(
-                self._threads, _reduce, source, elements, known, closure
+                self._threads, _reduce, source, elements, *known, closure
             )
-        except _WrongCalibration as fault:
-            raise ActionFailed("WrongCalibration", f"{calibration}: {fault}") from fault
+        except _WrongFile as fault:
+            path = calibration if fault.of == "calibration" else response
+            raise ActionFailed(f"Wrong{fault.of.capitalize()}", f"{path}: {fault}") from fault
         except (OSError, ValueError) as fault:
             raise ActionFailed("Unreadable", f"{spectrum}: {fault}") from fault
 
@@ -75,44 +77,71 @@ def most_at_once() -> int:
     return max(1, min(os.cpu_count() or 1, MOST_AT_ONCE))
 
 
-class _WrongCalibration(Exception):
-    """The text says why."""
+class _WrongFile(Exception):
+    """The text says why. of: calibration or response."""
+
+    def __init__(self, of: str, why: str) -> None:
+        super().__init__(why)
+        self.of = of
 
 
-def _text(goal: GoalContext, path: str) -> str:
-    sent = goal.files.get("calibration")
+def _text(goal: GoalContext, of: str, path: str | None) -> str | None:
+    if path is None:
+        return None
+    sent = goal.files.get(of)
     try:
         return (Path(path).read_bytes() if sent is None else sent.data).decode("utf-8-sig")
     except OSError as fault:
-        raise _WrongCalibration(fault.strerror or str(fault)) from fault
+        raise _WrongFile(of, fault.strerror or str(fault)) from fault
     except UnicodeDecodeError:
-        raise _WrongCalibration("it is not text") from None
+        raise _WrongFile(of, "it is not text") from None
 
 
 def _reduce(
-    source: str | bytes, elements: list[str] | None, calibration: str | None, closure: str | None
-) -> dict[str, Any]:
+    source: str | bytes, elements: list[str] | None, calibration: str | None, response: str | None,
+    closure: str | None,
+) -> dict[str, Any]:  # fmt: skip
     reduction = import_module(REDUCTION)
+    seen: Callable[[Any], Any] = _as_it_is
+    known: Any = closure
+    files: dict[str, str] = {}
+    if response is not None:
+        room = import_module(f"{REDUCTION}.spectrum.response")
+        try:
+            seen = room.read_response(response).divided_out
+        except room.ResponseFault as fault:
+            raise _WrongFile("response", str(fault)) from fault
+        files["response_sha256"] = sha256(response.encode()).hexdigest()
     if calibration is None and closure is None:
-        return reduction.reduce_spectrum(reduction.read_spectrum(source), elements).to_dict()
+        found = reduction.reduce_spectrum(seen(reduction.read_spectrum(source)), elements)
+        return {**found.to_dict(), **files}
     shots = reduction.read_shots(source)
+    if calibration is not None:
+        room = import_module(f"{REDUCTION}.calibration.calibration")
+        try:
+            known = room.read_calibration(calibration)
+        except room.CalibrationFault as fault:
+            raise _WrongFile("calibration", str(fault)) from fault
+        if why := _other_response(known.card.response_sha256, files.get("response_sha256")):
+            raise _WrongFile("calibration", f"it was made {why}")
+        if other := known.other_axis(shots.wavelength_nm):
+            raise _WrongFile("calibration", f"it was made with another instrument: {other}")
+        files["calibration_sha256"] = sha256(calibration.encode()).hexdigest()
     reduce_shots = import_module(f"{REDUCTION}.calibration.reduced_shots").reduce_shots
-    if calibration is None:
-        return reduce_shots(shots, closure, elements).to_dict(elements)
-    room = import_module(f"{REDUCTION}.calibration.calibration")
-    try:
-        known = room.read_calibration(calibration)
-    except room.CalibrationFault as fault:
-        raise _WrongCalibration(str(fault)) from fault
-    if known.card.response_sha256 is not None:
-        raise _WrongCalibration(
-            "it was made with a --response, which a run does not divide out; make one without, or use "
-            "it with `labrun reduce` after the run"
-        )
-    if other := known.other_axis(shots.wavelength_nm):
-        raise _WrongCalibration(f"it was made with another instrument: {other}")
-    found = reduce_shots(shots, known, elements).to_dict(elements)
-    return {**found, "calibration_sha256": sha256(calibration.encode()).hexdigest()}
+    return {**reduce_shots(shots, known, elements, seen=seen).to_dict(elements), **files}
+
+
+def _as_it_is(spectrum: Any) -> Any:
+    return spectrum
+
+
+def _other_response(made_with: str | None, used: str | None) -> str:
+    """How a calibration was made, where the response is another one than that used now."""
+    if made_with == used:
+        return ""
+    if made_with is None:
+        return "without a response: leave `response` out, or make one with `--response`"
+    return f"with {'another' if used else 'a'} response: give that file as `response`"
 
 
 def _warm_up() -> None:

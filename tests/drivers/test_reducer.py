@@ -55,7 +55,7 @@ class TestReducer(KeepsContract):
         driver=f"{Path(__file__).with_name('patient_reducer.py')}:PatientReducer",
         slow={"pause": 2.5},
         good={"reduce": {"spectrum": "s.csv", "elements": ["Li", "K"]}},
-        files={"spectrum": made_up(), "calibration": b"{}"},
+        files={"spectrum": made_up(), "calibration": b"{}", "response": b""},
         bad={"reduce": [{"spectrum": "s.csv", "elements": ["lithium"]}]},
         lasting="reduce",
     )
@@ -115,13 +115,16 @@ def test_a_heap_of_spectra_waits_its_turn_while_the_loop_goes_on(tmp_path, spodu
     assert len(set(peaks)) == 1
 
 
-def calibrated(folder: Path, spectrum: bytes, text: str) -> dict:
+def calibrated(folder: Path, spectrum: bytes, text: str, response: str | None = None) -> dict:
     async def story(driver):
         goal = goal_with(spectrum)
         goal.files["calibration"] = FileContent(path="c", sha256="", data=text.encode())
+        if response is not None:
+            goal.files["response"] = FileContent(path="r", sha256="", data=response.encode())
         return await driver.reduce(
-            goal, spectrum="s.csv", elements=["Li", "K", "Rb"], calibration="c.calibration"
-        )
+            goal, spectrum="s.csv", elements=["Li", "K", "Rb"], calibration="c.calibration",
+            response=None if response is None else "r.csv",
+        )  # fmt: skip
 
     return played(folder, story)
 
@@ -165,12 +168,58 @@ def test_a_closure_tells_wt_percent_without_standards(tmp_path, spodumene):
     assert "calibration_sha256" not in result
 
 
+RESPONSE = "wavelength_nm,response\n190,1\n600,1\n600.1,0.5\n961,0.5\n"
+
+
+def test_a_response_is_divided_out(tmp_path, spodumene):
+    (tmp_path / "r.csv").write_text(RESPONSE)
+
+    async def story(driver):
+        given = {"spectrum": "s.csv", "elements": ["Li", "Si"]}
+        as_it_is = await driver.reduce(goal_with(spodumene), **given)
+        divided = {**given, "response": str(tmp_path / "r.csv")}
+        return as_it_is["areas"], await driver.reduce(goal_with(spodumene), **divided)
+
+    before, after = played(tmp_path, story)
+
+    assert after["areas"]["Li"] / before["Li"] == pytest.approx(2, rel=0.02)  # at 671 nm
+    assert after["areas"]["Si"] / before["Si"] == pytest.approx(1, rel=0.02)  # at 288 nm
+    assert after["response_sha256"] == hashlib.sha256(RESPONSE.encode()).hexdigest()
+
+
+def test_a_calibration_is_used_with_the_response_that_it_was_made_with(tmp_path, spodumene):
+    own = hashlib.sha256(RESPONSE.encode()).hexdigest()
+    made = CALIBRATION.replace('"response_sha256": null', f'"response_sha256": "{own}"')
+
+    told = calibrated(tmp_path, spodumene, made, RESPONSE)
+
+    assert told["wt_percent"]["Li"] > 3.7  # the calibration was made without: its light is doubled
+    assert (told["response_sha256"], len(told["calibration_sha256"])) == (own, 64)
+    with pytest.raises(ActionFailed, match="made without a response: leave `response` out"):
+        calibrated(tmp_path, spodumene, CALIBRATION, RESPONSE)
+    with pytest.raises(ActionFailed, match="made with another response: give that file"):
+        calibrated(tmp_path, spodumene, made, RESPONSE + "\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("", "it is empty"),
+        ("nm,counts\n1,2\n", "line 1: no column wavelength_nm and response"),
+        ("wavelength_nm,response\n200,-1\n300,1\n", "line 2: wavelength and response must be numbers"),
+    ],
+)  # fmt: skip
+def test_a_response_that_cannot_be_used_is_refused(tmp_path, spodumene, text, why):
+    with pytest.raises(ActionFailed, match=f"WrongResponse: r.csv: {why}"):
+        calibrated(tmp_path, spodumene, CALIBRATION, text)
+
+
 @pytest.mark.parametrize(
     ("text", "why"),
     [
         ("{}", "no calibration as `labrun calibrate standards` writes it"),
         (CALIBRATION.replace('"channels": 22800', '"channels": 2048'), "another instrument: 22,800 channels"),
-        (CALIBRATION.replace('"response_sha256": null', '"response_sha256": "a"'), "with a --response"),
+        (CALIBRATION.replace('"response_sha256": null', '"response_sha256": "a"'), "with a response: give"),
     ],
 )  # fmt: skip
 def test_a_calibration_that_does_not_fit_is_refused(tmp_path, spodumene, text, why):
