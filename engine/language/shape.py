@@ -238,6 +238,8 @@ def _problem(
             )
         if of and name.casefold() not in MEANT:
             message = f"unknown key {name!r}: it belongs to a step with {listed(of, last='or')}"
+        elif where := _elsewhere(model, path):
+            message = f"unknown key {name!r}: {where}"
         if len(beside) > 1 and name == beside[0]:
             message = f"unknown keys {listed(repr(key) for key in beside)}"
         hint = f"allowed here: {', '.join(allowed)}" if allowed else ""
@@ -408,8 +410,25 @@ def _guess(value: Any, expected: str) -> str:
     return did_you_mean(value, options) if isinstance(value, str) else ""
 
 
+def _elsewhere(model: type[BaseModel], path: Place) -> str:
+    """Where a key belongs that is known further out, or within exactly one of those beside it."""
+    for depth in range(len(path) - 2, -1, -1):
+        if path[-1] in _allowed(model, path[:depth]):
+            return f"it belongs beside `{path[depth]}`"
+    fields = getattr(_at(model, path[:-1]), "model_fields", {})
+    inner = {name: _model_in(field.annotation) for name, field in fields.items()}
+    into = [name for name, one in inner.items() if one and path[-1] in keys_of(one)]
+    return f"it belongs into `{into[0]}: {{{path[-1]}: ...}}`" if len(into) == 1 else ""
+
+
 def _allowed(model: type[BaseModel], path: Place) -> list[str]:
-    """The keys allowed at a path inside a model, by following its fields."""
+    """The keys allowed at a path inside a model."""
+    found = _at(model, path)
+    return keys_of(found) if hasattr(found, "model_fields") else []
+
+
+def _at(model: type[BaseModel], path: Place) -> Any:
+    """What is at a path inside a model, by following its fields; None where there is nothing."""
     current: Any = model
     for part in path:
         fields = getattr(current, "model_fields", None)
@@ -418,11 +437,10 @@ def _allowed(model: type[BaseModel], path: Place) -> list[str]:
             continue
         found = next((f for n, f in fields.items() if part in (n, f.alias)), None)
         if found is None:
-            return []
+            return None
         current = found.annotation
         current = _model_in(current) or current
-    current = _model_in(current) or current
-    return keys_of(current) if hasattr(current, "model_fields") else []
+    return _model_in(current) or current
 
 
 def _model_in(annotation: Any) -> Any:

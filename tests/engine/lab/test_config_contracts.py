@@ -77,6 +77,16 @@ def test_the_checker_knows_it_as_any_other(tmp_path):
         ("{range:g}", "{range", "E132 9:28"),
         ("{range:g}", "{range.real}", "E132 9:28 {range.real}: the action has no parameter"),
         ("query:", "quary:", "E110 8:19 unknown key 'quary'; did you mean query?"),
+        (
+            "SHOT}",
+            "SHOT, prompt: x}",
+            "E110 11:30 unknown key 'prompt': it belongs beside `actions`",
+        ),
+        (
+            "      errors",
+            "      begin: x\n      errors",
+            "E110 6:7 unknown key 'begin': it belongs into `terminator: {begin: ...}`",
+        ),
         ("SHOT}", "SHOT, probe: last}", "E132 11:37 there is no action last"),
         ("SHOT}", "SHOT, count: set_range}", "E132 11:37 set_range is called without parameters"),
         ("SHOT}", "SHOT, effect: twice}", "E112 11:38"),
