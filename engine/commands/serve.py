@@ -171,19 +171,26 @@ async def _serve(configs: list[dict], lab: LoadedLab) -> int:
 
 
 async def _start(configs: list[dict], lab: LoadedLab, servers: list, keeping: list) -> None:
-    from ...drivers.client.launch import keep_running, start_patiently
+    from ...drivers.client.launch import ServerFailed, keep_running, start_patiently
     from ...drivers.server.listen import for_other_machines
-    from ...system.tasks import spawn
+    from ...system.tasks import end, spawn
     from ..dispatch.served_lab import starting
 
     timeout_s = lab.lab.start_timeout_s
+
+    async def start(config: dict) -> None:
+        folder, names = Path(config["folder"]), ", ".join(config["devices"])
+        server = await start_patiently(config, folder, timeout_s=timeout_s, say=say)
+        servers.append(server)
+        typer.echo(f"{names} at {server.url}{for_other_machines(config['host'], server.url)}")
+        kept = keep_running(server, config, folder, timeout_s=timeout_s)
+        keeping.append(spawn(f"keep the server of {names}", kept))
+
     with starting(lab, [name for config in configs for name in config["devices"]]):
-        for config in configs:
-            folder, names = Path(config["folder"]), ", ".join(config["devices"])
-            server = await start_patiently(config, folder, timeout_s=timeout_s, say=say)
-            servers.append(server)
-            typer.echo(f"{names} at {server.url}{for_other_machines(config['host'], server.url)}")
-            kept = keep_running(server, config, folder, timeout_s=timeout_s)
-            keeping.append(spawn(f"keep the server of {names}", kept))
+        begun = [spawn("start one", start(one), expected=(ServerFailed,)) for one in configs]
+        try:
+            await asyncio.gather(*begun)
+        finally:
+            await end(*begun)
     typer.echo(f"ledgers and logs in {Path(configs[0]['folder']).parent}")
     typer.echo("serving; Ctrl-C stops and leaves the devices safe")

@@ -1,5 +1,6 @@
 """Where `labrun serve` keeps the memory of its devices: in one place for a lab, wherever it is started."""
 
+import asyncio
 import json
 import os
 import signal
@@ -9,6 +10,7 @@ import sys
 import time
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import typer
@@ -145,6 +147,39 @@ def test_a_command_that_is_killed_leaves_no_server_behind(tmp_path):
 
         assert not alive(pid)
         assert not served.exists()  # it has ended in order
+
+
+def test_the_servers_of_a_lab_start_beside_each_other(tmp_path, monkeypatch, capsys):
+    (tmp_path / "lab.yaml").write_text(
+        LAB.replace("devices: {", "devices: {a: {contract: balance@1, driver: sim_balance}, ")
+    )
+    lab = load_lab(tmp_path / "lab.yaml")[0]
+    configs = [{"folder": str(tmp_path / n), "devices": {n: {}}, "host": "127.0.0.1"} for n in "ab"]
+    servers, keeping, starting = [], [], []
+    both = asyncio.Event()
+
+    async def start(config, folder, **_):
+        starting.append(folder.name)
+        if len(starting) == 2:
+            both.set()
+        await both.wait()  # for ever, if one is only begun when the other is there
+        return SimpleNamespace(url=f"http://127.0.0.1/{folder.name}")
+
+    async def kept(*_, **__):
+        pass
+
+    monkeypatch.setattr("labrun.drivers.client.launch.start_patiently", start)
+    monkeypatch.setattr("labrun.drivers.client.launch.keep_running", kept)
+
+    async def story():
+        async with asyncio.timeout(60):
+            await serve._start(configs, lab, servers, keeping)
+        await asyncio.gather(*keeping)
+
+    asyncio.run(story())
+
+    assert sorted(one.url[-1] for one in servers) == ["a", "b"]
+    assert "b at http://127.0.0.1/b\n" in capsys.readouterr().out
 
 
 SLOW = """
