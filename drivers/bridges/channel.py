@@ -218,7 +218,7 @@ class Messages(Channel):
         try:
             self._socket = await connect(
                 self.resource.name, open_timeout=timeout_s, close_timeout=CALM_S,
-                ping_interval=None, max_size=MOST,
+                ping_interval=None, max_size=MOST, proxy=None,  # an instrument is no web page
             )  # fmt: skip
         except TimeoutError as fault:
             raise OSError(f"{self.resource} does not answer within {timeout_s:g} s") from fault

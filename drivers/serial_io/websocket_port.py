@@ -18,7 +18,9 @@ class WebSocketPort:
 
         if "?" not in url:
             url = f"{url.rstrip('/')}/?independent_session=1"
-        self._socket = connect(url, open_timeout=OPEN_S, close_timeout=WRITE_S, compression=None)
+        self._socket = connect(
+            url, open_timeout=OPEN_S, close_timeout=WRITE_S, compression=None, proxy=None
+        )
 
     def read(self, size: int) -> bytes:
         """The next message, of any size; empty after 0.1 s. Raises OSError when it was closed."""

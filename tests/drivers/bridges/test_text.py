@@ -252,6 +252,25 @@ def test_json_rpc_over_a_websocket_is_asked_answered_and_asked_again_after_a_los
     assert heard == [{"id": 1, "method": "get_t"}] * 4
 
 
+def test_a_websocket_is_reached_past_the_proxy_that_the_system_has_for_web_pages(ask, monkeypatch):
+    for name in ("no_proxy", "NO_PROXY"):
+        monkeypatch.delenv(name, raising=False)
+    for name in ("http_proxy", "https_proxy", "all_proxy"):
+        monkeypatch.setenv(name, "http://127.0.0.1:9")
+
+    async def say(socket):
+        async for _ in socket:
+            await socket.send("T 21.5")
+
+    async def story(made):
+        return await made.method("t")(GoalContext("run/1/1"))
+
+    says = {"send": "T?", "answer": "T (.*)", "returns": {"t": {"unit": "degC"}}, "effect": "pure"}
+    with served(say) as port:
+        resource = f"ws://127.0.0.1:{port}/"
+        assert ask("text", {"resource": resource, "actions": {"t": says}}, story) == {"t": 21.5}
+
+
 @contextlib.contextmanager
 def served(speak):
     """The port of a WebSocket server in a thread of its own, until the block ends."""
