@@ -71,9 +71,12 @@ class NoNumber(ValueError):
         self.name = name
 
 
+PART = "; only a part of it does, and the whole has to: write `.*` where more may stand"
+
+
 def unmatched(text: str, pattern: Any) -> BadAnswer:
     """That an answer is not the one that was wanted, or has more in it."""
-    part = "; only a part of it does, and the whole has to" if pattern.search(text) else ""
+    part = PART if pattern.search(text) else ""
     return BadAnswer(f"it does not match {pattern.pattern!r}{part}")
 
 
@@ -202,22 +205,26 @@ def value(text: str, schema: Mapping[str, Any]) -> Any:
     plain, kind = text.strip(), _kind(schema)
     if kind == "array":
         return _array(_fields(plain), items_of(schema))
+    bare = plain.strip("\"'").lower()
+    if any(
+        isinstance(one, str) and one.strip().lower() == bare for one in schema.get("nothing", ())
+    ):
+        return none_for("NotANumber", f"it answered {plain!r}, which is no value", schema)
     if which := schema.get("bits") or ([schema["bit"]] * 2 if "bit" in schema else None):
         rest = {key: one for key, one in schema.items() if key not in ("bit", "bits", "base")}
         kind = {"type": "boolean"} if "bit" in schema else {}
         return value(str(some_bits(_whole(plain, schema), which)), {**kind, **rest})
     if "words" in schema:
         for word, written in words_of(schema).items():
-            if plain.strip("\"'").lower() == str(written).strip().lower():
+            if bare == str(written).strip().lower():
                 return word
         raise BadAnswer(f"{plain!r} is none of {', '.join(map(str, schema['words'].values()))}")
     if kind in ("number", "integer"):
         return _number(plain, schema, whole=kind == "integer")
     if kind == "boolean":
-        word = plain.strip("\"'").lower()
-        if word not in TRUE | FALSE:
+        if bare not in TRUE | FALSE:
             raise BadAnswer(f"{plain!r} is neither on nor off")
-        return word in TRUE
+        return bare in TRUE
     quoted = len(plain) > 1 and plain[0] == plain[-1] and plain[0] in "\"'"
     return plain[1:-1].replace(plain[0] * 2, plain[0]) if quoted else plain
 
@@ -246,11 +253,10 @@ def _number(text: str, schema: Mapping[str, Any], *, whole: bool) -> float | int
         comma = NUMBER.fullmatch(_pointed(text)) and (
             '; a decimal comma? Then say `decimal: ","`; two values? Then each is a group, `([^,]*)`'
         )
-        part = (
-            re.search(r"\d", text)
-            and "; the group of an `answer: '...(.*)'` picks the part that is"
-        )
-        raise BadAnswer(f"{text!r} is not a number{comma or part or ''}")
+        other = "; the group of an `answer: '...(.*)'` picks the part that is"
+        if text and not re.search(r"\d", text):
+            other = f"; if it stands for none, say `nothing: [{text!r}]`"
+        raise BadAnswer(f"{text!r} is not a number{comma or (other if text else '')}")
     word = found[1].replace(" ", "")
     size = WORDS.get(word.lstrip("+-").lower())
     number = float(re.sub("[dD]", "e", word)) if size is None and word[-1:].isdigit() else size

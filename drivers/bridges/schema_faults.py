@@ -66,10 +66,12 @@ def own_faults(own: dict[str, Any], schema: dict[str, Any]) -> Iterator[tuple[st
     if fault := bits_fault(own.get("bits", [0, 0])):
         yield "bits", fault
     nothing = own.get("nothing", [])
-    if not isinstance(nothing, list) or not all(isinstance(one, (int, float)) for one in nothing):
+    if not isinstance(nothing, list) or not all(
+        isinstance(one, (int, float, str)) and not isinstance(one, bool) for one in nothing
+    ):
         yield (
             "nothing",
-            "it is a list of numbers that stand for no value, as they are written: [-999]",
+            'it is a list of what stands for no value, as it is written: [-999, "none"]',
         )
     if own.get("decimal", ",") not in (".", ","):
         yield "decimal", "it is a point or a comma"

@@ -47,6 +47,13 @@ VOLT, CELSIUS = {"type": "number", "unit": "V"}, {"type": "number", "unit": "deg
         ("50 %", {"type": "number", "unit": "percent"}, 50.0),
         ("9.9E37", {"type": ["number", "null"]}, None),
         ("-999.0 C", {"type": ["number", "null"], "unit": "degC", "nothing": [-999]}, None),
+        ("none", {"type": ["number", "null"], "unit": "degC", "nothing": ["None"]}, None),
+        ('"N/A"', {"type": ["string", "null"], "nothing": ["n/a"]}, None),
+        (
+            "1,,3",
+            {"type": "array", "items": {"type": ["number", "null"]}, "nothing": [""]},
+            [1, None, 3],
+        ),
         ("8001", {"type": ["number", "null"], "base": 16, "scale": 0.1, "nothing": [32769]}, None),
         ("100 PF", {"type": "number", "unit": "nF"}, 0.1),  # no petafarad
         ("10 mhz", {"type": "number", "unit": "MHz"}, 10.0),
@@ -81,7 +88,11 @@ def test_a_value_is_read_in_the_contracts_unit(text, schema, wanted):
     [
         ("1.23 s", VOLT, "its unit is 's', wanted is"),
         ("1.23 bananas", VOLT, "its unit is 'bananas'"),
-        ("hello", VOLT, "'hello' is not a number"),
+        (
+            "hello",
+            VOLT,
+            r"'hello' is not a number; if it stands for none, say `nothing: \['hello'\]`",
+        ),
         ("1.5", {"type": "integer"}, "not a whole number"),
         ("23,5 V", VOLT, "a decimal comma"),
         ("086,040", VOLT, r"two values\? Then each is a group"),
