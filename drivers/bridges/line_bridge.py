@@ -155,7 +155,8 @@ class LineBridge(Bridge):
         returns = self.returns(said, action)
         first, wrong = True, list[str]()
         self.lines.listening_for = None if sent else wanted
-        asked = f"it was sent {sent!r}" if sent else "it was listened to"
+        shown = self.lines.shown
+        asked = f"it was sent {shown(sent)}" if sent else "it was listened to"
         while True:
             try:
                 left = until - clock()
@@ -180,8 +181,8 @@ class LineBridge(Bridge):
                     text = "\n".join(more)
                 return self.read(text, returns, wanted)
             except BadAnswer as fault:
-                words = f"{asked} and answered {text[:80]!r}: {fault}"
-                wrong += [f"{text[:80]!r}: {fault}"][len(wrong) // MOST_TOLD :]
+                words = f"{asked} and answered {shown(text[:80])}: {fault}"
+                wrong += [f"{shown(text[:80])}: {fault}"][len(wrong) // MOST_TOLD :]
                 if self.config.prompt:
                     raise BadAnswer(words) from fault
                 goal.feedback(None, words)
@@ -208,13 +209,13 @@ class LineBridge(Bridge):
 
     def refuse(self, sent: str, text: str, said: ActionConfig) -> None:
         """Raise ActionFailed if this answer is an error that the lab names; Expired for a new login."""
-        expired = self.config.expired
+        expired, shown = self.config.expired, self.lines.shown
+        words = f"it was sent {shown(sent)} and answered {shown(text[:80])}"
         if expired is not None and self.pattern(expired).search(text):
-            raise Expired(f"it was sent {sent!r} and answered {text[:80]!r}")
+            raise Expired(words)
         known = self.named(said, None, text) or self.named(said, None, self.lines.prompted or text)
         if known is not None:
             name, error = known
-            words = f"it was sent {sent!r} and answered {text[:80]!r}"
             summary = f": {error.summary}" if error.summary else ""
             failure = ActionFailed(name, f"{self.place.device}: {words}{summary}", error.happened)
             raise failure if self.out <= 1 else doubtful(failure)

@@ -134,6 +134,8 @@ class LineConfig(Wire):
             raise ValueError(
                 "a `pace` is kept on serial ports and by TCP; elsewhere a line is sent whole"
             )
+        if any("\n" in one or "\r" in one for one in self.prompts):
+            raise ValueError("a `prompt` is one line, or the end of one: of several, say the last")
         if self.local_port is not None and read_resource(self.resource).kind != "udp":
             raise ValueError("a `local_port` is where answers by UDP come: udp://10.0.0.5:1024")
         return self
@@ -454,6 +456,10 @@ class Lines:
             raise NoAnswer(f"answered {self.heard[:60]!r}, which says that {count} bytes follow")
         return (await self._at_least(head + count, until, taken=True))[head:]
 
+    def shown(self, text: str) -> str:
+        """As a message shows it: of bytes none as a letter with an accent."""
+        return ascii(text) if self._binary else repr(text)
+
     @property
     def heard(self) -> str:
         """What has come and was not taken."""
@@ -498,8 +504,14 @@ class Lines:
     async def _more(self, until: float) -> None:
         left = until - asyncio.get_running_loop().time()
         if left <= 0 or not await self.channel.more(left):
-            heard = self.heard
-            raise NoAnswer(f"sent {heard[:80]!r} without a line end" if heard else "was silent")
+            without = "a whole `frame`" if self._frame else "a line end"
+            without = "its `prompt`" if self._config.prompt else without
+            told = (
+                f"sent {self.shown(self.heard[:80])} without {without}"
+                if self.heard
+                else "was silent"
+            )
+            raise NoAnswer(told)
 
     def _encoded(self, text: str) -> bytes:
         return text.encode(self._config.encoding, "replace")

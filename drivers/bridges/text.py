@@ -12,7 +12,7 @@ from pydantic import Field, field_validator, model_validator
 
 from ...schemas.contract import Action, Name
 from ..driver import ActionFailed, GoalContext
-from .answers import NUMBER_ERRORS, OWN, BadAnswer
+from .answers import NUMBER_ERRORS, OWN, PART, BadAnswer
 from .bridge import Values
 from .config import Pattern, chosen
 from .data import answer_values
@@ -104,9 +104,8 @@ class Text(LineBridge):
             said = f"{self.lines}: {fault}"
             if isinstance(hello.send, str) and f"answered {hello.send!r}"[:-1] in said:
                 raise OSError(f"{said}; it repeats what it hears: say `echo: true`") from fault
-            raise OSError(
-                f"{said}; is another device there, or are its terminator or baud rate others?"
-            ) from fault
+            other = "; is another device there, or are its terminator or baud rate others?"
+            raise OSError(said if PART in said else said + other) from fault
         except ActionFailed as failure:
             raise OSError(failure.message) from failure
         sent = {text for said in self._said.values() for _, text in said.used()}

@@ -161,6 +161,24 @@ def test_another_instrument_is_known_by_its_hello(peer, once):
         once("text", config(peer().where, hello=hello), "voltage")
 
 
+@pytest.mark.parametrize(
+    ("answer", "said", "told"),
+    [
+        ("0001 Changer V1", {}, r"the whole has to: write `\.\*` where more may stand$"),
+        ("Á", {"frame": r"\xc0.{9}"}, r"sent '\\xc3\\x81' without a whole `frame`"),
+        ("Changer\r\nok", {"prompt": "ready"}, r"sent 'Changer.*ok' without its `prompt`"),
+    ],
+)
+def test_what_does_not_fit_is_told_by_what_was_waited_for(ask, tmp_path, answer, said, told):
+    hello = {"send": "id", "answer": "Changer", "timeout": "0.3 s"}
+
+    async def say(_):
+        return answer
+
+    with PtyPeer(tmp_path / "port", say) as peer, pytest.raises(OSError, match=told):
+        ask("text", config(peer.port, hello=hello, **said), None)
+
+
 def test_one_that_repeats_what_it_hears_is_told_as_that(peer, once):
     hello = {"send": "*IDN?", "answer": "ACME.*", "timeout": "0.3 s"}
     with pytest.raises(OSError, match="say `echo: true`"):

@@ -87,6 +87,16 @@ def test_the_checker_knows_it_as_any_other(tmp_path):
             "      begin: x\n      errors",
             "E110 6:7 unknown key 'begin': it belongs into `terminator: {begin: ...}`",
         ),
+        (
+            "unit: V}}}",
+            "unit: V, nothing: [true]}}}",
+            "E132 8:95 it is a list of what stands for no value",
+        ),
+        (
+            "      errors",
+            '      prompt: "ok\\r\\nok\\r\\n"\n      errors',
+            "E112 5:7 a `prompt` is one line, or the end of one",
+        ),
         ("SHOT}", "SHOT, probe: last}", "E132 11:37 there is no action last"),
         ("SHOT}", "SHOT, count: set_range}", "E132 11:37 set_range is called without parameters"),
         ("SHOT}", "SHOT, effect: twice}", "E112 11:38"),
