@@ -505,6 +505,8 @@ finally:
     await open(page, 'complete.yaml')
     await row(page, /Write to the log/).click()
     await page.getByRole('textbox', { name: 'Protocol YAML' }).focus()
+    await page.keyboard.press('Tab')
+    await page.keyboard.press('Shift+Tab')
     await page.keyboard.press('End')
     await page.keyboard.press('Enter')
     await page.keyboard.type('- do: gan')

@@ -5,7 +5,7 @@ import { join } from 'node:path'
 import type { Page } from 'playwright-core'
 import { describe, expect, it } from 'vitest'
 import { ask, type Bench, startBench } from './bench'
-import { aborted, aPerson, goOn, isLive, NARROW, type Person, releaseControl } from './browser'
+import { aborted, aPerson, goOn, isLive, NARROW, type Person, releaseControl, tabTo } from './browser'
 import { axe, picture } from './look'
 import { startRun } from './measured'
 import { bench, browser } from './stage'
@@ -122,6 +122,8 @@ describe('a run that is looked at', () => {
     await page.keyboard.press('ArrowRight')
     await page.keyboard.press('ArrowUp')
     await page.getByText('point 7 (0.2, 0.2) · ok').waitFor()
+    await tabTo(page, /^Spectrum of/)
+    await page.keyboard.press('Shift+Tab')
     await page.keyboard.press('Enter')
     const point = page.getByRole('region', { name: 'Point', exact: true })
     await point.getByText('shoot · libs.measure').waitFor()

@@ -15,7 +15,7 @@ const button = (words: string): HTMLButtonElement => {
   if (found === undefined) throw new Error(words)
   return found
 }
-const settled = (): Promise<void> => new Promise((resolve) => setTimeout(resolve))
+const settled = (): Promise<void> => new Promise((resolve) => setTimeout(() => setTimeout(resolve)))
 /** happy-dom leaves the focus where it was. */
 async function gone(words: string): Promise<void> {
   button(words).blur()
@@ -65,6 +65,20 @@ it('comes back from a dialog to a button that cannot be used yet, and may be gon
   await gone('b')
 
   expect(document.activeElement?.textContent).toBe('c')
+})
+
+it('lets the focus go on from what changes when it is left', async () => {
+  button('a').focus()
+  button('a').blur()
+  document.getElementById('main')?.append('changed')
+  for (let turn = 0; turn < 5; turn++) await Promise.resolve()
+
+  expect(document.activeElement).toBe(document.body)
+
+  button('b').focus()
+  await settled()
+
+  expect(document.activeElement?.textContent).toBe('b')
 })
 
 it('stays away when somebody clicked beside everything, and when the whole page is another', async () => {

@@ -62,7 +62,8 @@ export function keepFocus(): () => void {
   }
   /** A click beside everything takes it away on purpose. */
   const pressed = ({ target }: Event): void => { forget(target) }
-  const watching = new MutationObserver(look)
+  // Not at once: while the focus goes from one to the other the page has it, and what a `blur` changes would call it back.
+  const watching = new MutationObserver(() => setTimeout(look))
   watching.observe(document.body, { subtree: true, childList: true, attributeFilter: ['disabled'] })
   document.addEventListener('focusin', focused)
   document.addEventListener('pointerdown', pressed, true)

@@ -66,22 +66,18 @@ function keys({ save, fix }: Keys): Extension {
   ])
 }
 
-/** After Esc, the next Tab leaves the editor: no keyboard trap. */
-function escapeThenTab(): Extension {
-  return EditorView.domEventHandlers({
-    keydown(event, view) {
-      if (event.key === 'Escape') view.setTabFocusMode(2_000)
-      return false
-    },
-  })
-}
+/** Who goes on by Tab has not come to write, and after Esc is done with it: no keyboard trap. Any other key, and a click, end it. */
+const TAB_LEAVES = EditorView.domEventHandlers({
+  focus: (_, view) => view.setTabFocusMode(3_600_000),
+  click: (_, view) => view.setTabFocusMode(false),
+})
 
 export function stateOf(doc: string, bindings: Keys, more: Extension): EditorState {
   return EditorState.create({
     doc,
     extensions: [
       more, EditorState.lineSeparator.of('\n'), EditorView.lineWrapping, lineNumbers(), highlightActiveLineGutter(), foldGutter(), lintGutter(), history({ minDepth: UNDOABLE }), drawSelection(),
-      indentOnInput(), bracketMatching(), highlightActiveLine(), yaml(), indentUnit.of('  '), WITHIN, EditorView.clipboardInputFilter.of((pasted) => pasted.replace(/\r\n?/g, '\n')), syntaxHighlighting(COLOURS), LOOK, escapeThenTab(), keys(bindings),
+      indentOnInput(), bracketMatching(), highlightActiveLine(), yaml(), indentUnit.of('  '), WITHIN, EditorView.clipboardInputFilter.of((pasted) => pasted.replace(/\r\n?/g, '\n')), syntaxHighlighting(COLOURS), LOOK, TAB_LEAVES, keys(bindings),
       EditorView.contentAttributes.of({ 'aria-label': 'Protocol YAML', tabindex: '0' }), writable.of([]),
     ],
   })
