@@ -1,4 +1,5 @@
 // Results: a map and its spectra, points selected and measured again, plasma and classes, tables, files.
+import { readFileSync } from 'node:fs'
 import { describe, expect, it } from 'vitest'
 import { ask } from './bench'
 import { aPerson, isLive, NARROW } from './browser'
@@ -129,6 +130,10 @@ describe('results', () => {
     const [svg] = await Promise.all([page.waitForEvent('download'), menu.getByRole('button', { name: 'SVG' }).click()])
 
     expect(svg.suggestedFilename()).toContain('temperature_k.svg')
+
+    const [png] = await Promise.all([page.waitForEvent('download'), menu.getByRole('button', { name: 'PNG' }).click()])
+
+    expect(readFileSync(await png.path()).readUInt32BE(16)).toBe(2400) // its width: drawn from the SVG, with axes and colours
     expect(faults).toEqual([])
     await context.close()
   }, 300_000)

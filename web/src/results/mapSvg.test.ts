@@ -13,7 +13,8 @@ test('a map as SVG has a rectangle for each measured cell, axes with units, and 
   expect(svg.querySelectorAll('g rect')).toHaveLength(3)
   expect(svg.documentElement.textContent).toContain('x (mm)')
   expect(svg.documentElement.textContent).toContain('Li <670>')
-  expect(svg.querySelector('g rect')?.getAttribute('height')).toBe('20')
+  expect(svg.querySelector('g rect')?.getAttribute('height')).toBe('400')
+  expect([...svg.querySelectorAll('text')].slice(1, 3).map((one) => [one.textContent, one.getAttribute('x')])).toEqual([['0', '156'], ['0.2', '356']])
 })
 
 test('CSV has its commas and quotes in quotes, and holes empty', () => {

@@ -3,6 +3,7 @@ import { exactSingle } from '../ui/format'
 import type { Pixels } from './mapImage'
 
 const CELL_PX = 16
+const LONGEST_PX = 2400
 
 export function saveBlob(name: string, blob: Blob): void {
   const link = document.createElement('a')
@@ -16,10 +17,15 @@ export function saveText(name: string, text: string, type: string): void {
   saveBlob(name, new Blob([text], { type }))
 }
 
-/** A map as PNG, each cell some pixels wide. */
-export async function saveCanvas(name: string, pixels: Pixels, aspect: number): Promise<void> {
-  const canvas = enlarged(pixels, aspect)
-  saveBlob(name, await canvas.convertToBlob({ type: 'image/png' }))
+/** A drawing as PNG, as large as a slide. */
+export async function savePng(name: string, svg: string): Promise<void> {
+  const image = new Image()
+  image.src = `data:image/svg+xml,${encodeURIComponent(svg)}`
+  await image.decode()
+  const scale = LONGEST_PX / Math.max(image.width, image.height)
+  const canvas = new OffscreenCanvas(image.width * scale, image.height * scale)
+  canvas.getContext('2d')?.drawImage(image, 0, 0, canvas.width, canvas.height)
+  saveBlob(name, await canvas.convertToBlob())
 }
 
 /** The pixels, each as a sharp-edged rectangle. */
