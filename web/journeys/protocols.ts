@@ -724,6 +724,8 @@ finally:
     await page.getByRole('region', { name: 'Step' }).getByRole('textbox', { name: 'Note' }).fill('at the focus')
     await page.keyboard.press('Tab')
     await page.getByRole('button', { name: 'Undo' }).click()
+    await page.getByRole('button', { name: 'Preview' }).click()
+    await expect.poll(async () => (await page.getByText('Laser shots', { exact: true }).boundingBox())?.y).toBeLessThan(430)
     await picture(page, 'editor-zoomed')
 
     expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(640)
