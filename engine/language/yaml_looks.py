@@ -123,7 +123,8 @@ def _bare_expression(lines: Lines, number: int, line: str, column: int) -> YamlF
         at = lines.starts[number - 1] + given.start()
         words = "a value without a colon before it"
         return YamlFault("E101", words, at, colon_for(given[1]), len(given[1]))
-    hint = f'write "{shown(match[0])}"'
+    quote = "'" if '"' in match[0] else '"'
+    hint = f"write {quote}{shown(match[0])}{quote}"
     if line[begun - 1 : begun] in CURLY and begun:
         hint = f"{named(line[begun - 1])} is not a quote in YAML; {hint}"
     return YamlFault(

@@ -54,6 +54,7 @@ def test_text_where_text_is_wanted_is_left_alone(text):
         ("{repeat: 2, watch: [{when: true, then: pause}], steps: [{log: a}]}", "with `watch`"),
         ("{wait: 1 s, mode: background}", "put a group around this step"),
         ("{steps: [pause]}", "`then: pause`"),
+        ('{log: ${{ ["a"][0] }}}', "write '${{ [\"a\"][0] }}'"),
         ("{log: Hello, world}", "a comma separates entries"),
         ("{do:gantry.home}", "a space is missing after the colon: `do: gantry.home`"),
         ("{do: gantry.move_to, with: {x = 5 mm, y: 1 mm}}", "`x:`, not `x =`"),

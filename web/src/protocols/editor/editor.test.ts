@@ -38,6 +38,9 @@ describe('fixes come from the checker’s messages', () => {
 
   test('what the hint says to write', () => {
     expect(fix('an expression without quotes between brackets', '${{ x }}', 'inside {...} or [...] an expression needs quotes: write "${{ x }}"')?.insert).toBe('"${{ x }}"')
+    expect(fix('an expression without quotes between brackets', '${{ grid(x=span(0 mm, 4 mm, 1 mm)) }}', 'an expression needs quotes: write "${{ grid(x=span(0 mm..."')?.insert).toBe('"${{ grid(x=span(0 mm, 4 mm, 1 mm)) }}"')
+    expect(fix('an expression without quotes between brackets', '${{ f("x") }}', `an expression needs quotes: write '\${{ f("x") }}'`)?.insert).toBe(`'\${{ f("x") }}'`)
+    expect(fix('single quotes; JSON has only double quotes', "'", 'write "..."')).toBe(null)
   })
 })
 

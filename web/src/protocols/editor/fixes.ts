@@ -12,7 +12,7 @@ export interface Fix {
 const SUGGESTED = /['‘’]?([^\s'‘’]+)['‘’]?; did you mean (.+?)\?/
 const OUTSIDE = /: (-?[\d.]+)[^:]* is outside (?:[\w.]+ )?(-?[\d.]+)\.\.(-?[\d.]+) ?([^\s,;]*)/
 const AT_END = /`finally: \[\{do: ([\w.]+), on_error: continue\}\]`/
-const WRITE = /(?:^|: )write (?:`(.+)`|(".+"))$/
+const WRITE = /(?:^|: )write (?:`(.+)`|("[^]+"|'[^]+'))$/
 
 /** `text` is what the problem points at; null if there is no certain fix. */
 export function fixOf(message: string, hint: string, text: string, from: number): Fix | null {
@@ -41,8 +41,11 @@ function nearest(message: string, text: string, from: number): Fix | null {
 
 function written(hint: string, text: string, from: number): Fix | null {
   const match = WRITE.exec(hint)
-  const insert = match?.[1] ?? match?.[2]
-  return insert === undefined || insert.includes('…') ? null : fix(insert, from, text.length)
+  const insert = match?.[1] ?? match?.[2] ?? '…'
+  const [, quote, begun = ''] = /^(["'])(.+)\.\.\.\1$/.exec(insert) ?? []
+  // A long one is cut in the message.
+  if (quote && text.startsWith(begun)) return fix(quote + text + quote, from, text.length)
+  return /…|\.\.\./.test(insert) ? null : fix(insert, from, text.length)
 }
 
 function lastly(hint: string, from: number): Fix | null {
