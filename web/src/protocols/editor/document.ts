@@ -52,8 +52,15 @@ export function useDocument(name: string) {
     modified.value = told.modified
     draft.value = keptDraft(name)
     if (draft.value?.text === saved.value) forget()
+    // Before anybody can write: what was saved meanwhile would be replaced, unseen.
+    if (draft.value && draft.value.base !== told.revision) disagree({ base: await earlier(draft.value.base), mine: draft.value.text, theirs: saved.value, theirsRevision: told.revision })
     timer = setInterval(keep, DRAFT_MS)
     return saved.value
+  }
+
+  /** An earlier version, null if there is none. */
+  function earlier(version: string): Promise<string | null> {
+    return read(api.GET('/api/v1/protocols/{name}/versions/{revision}', { params: { path: { name, revision: version } } })).then((told) => withoutBreaks(told.text).text, () => null)
   }
 
   function keep(): void {
@@ -130,6 +137,7 @@ export function useDocument(name: string) {
     revision.value = conflict.value.theirsRevision
     saved.value = conflict.value.theirs
     conflict.value = null
+    forget()
   }
 
   onScopeDispose(() => {
@@ -146,7 +154,7 @@ export function useDocument(name: string) {
     conflict.value = now
   }
 
-  return { saved, revision, modified, draft, conflict, newer, saving, failure, text, dirty, open, look, takeNewer, save, keep, forget, settle, write, disagree }
+  return { saved, revision, modified, draft, conflict, newer, saving, failure, text, dirty, open, look, takeNewer, save, keep, forget, settle, write }
 }
 
 export type Document = ReturnType<typeof useDocument>

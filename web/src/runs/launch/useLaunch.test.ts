@@ -1,5 +1,5 @@
 import { afterEach, expect, test, vi } from 'vitest'
-import { effectScope } from 'vue'
+import { effectScope, nextTick } from 'vue'
 import { useLaunch } from './useLaunch'
 
 const PITCH = { name: 'pitch', type: 'quantity', unit: 'mm', default: '1 mm', default_text: '1 mm', required: false }
@@ -30,6 +30,10 @@ test('a form is checked once, and again only when something else is typed', asyn
   expect(asked.filter((what) => what === 'check')).toHaveLength(1)
 
   if (launch) launch.typed['pitch'] = '0.5'
+  await nextTick()
+
+  expect(launch?.looking.value).toBe(true) // what was counted for 1 mm is not told of 0.5 mm
+
   await vi.advanceTimersByTimeAsync(5_000)
 
   expect(asked.filter((what) => what === 'check')).toHaveLength(2)

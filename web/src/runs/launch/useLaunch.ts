@@ -98,7 +98,9 @@ export function useLaunch(protocol: () => string) {
   // By what it says: the answer of a check makes the parameters anew, though they are the same.
   watch(() => JSON.stringify([params.value, bind]), () => {
     clearTimeout(timer)
-    if (text.value && wrong.value.length === 0) timer = setTimeout(() => void look(), WAIT_MS)
+    if (!text.value || wrong.value.length > 0) return
+    looking.value = true
+    timer = setTimeout(() => void look(), WAIT_MS)
   })
   watch(protocol, () => void open(), { immediate: true })
   onScopeDispose(() => clearTimeout(timer))
