@@ -43,13 +43,17 @@ class Started(Record):
 
 
 class Resumed(Record):
-    """An engine resumed the run for the `count`-th time; `by`: who asked for it."""
+    """An engine resumed the run for the `count`-th time; `by`: who asked for it.
+
+    `put_back`: the journal lacked what had been in it, so an older copy was put in its place.
+    """
 
     kind: Literal["resumed"] = "resumed"
     count: int
     labrun: str
     torn: int = 0
     by: str = ""
+    put_back: bool | None = None
 
 
 class Changed(Record):

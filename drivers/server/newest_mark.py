@@ -1,8 +1,8 @@
-"""The newest mark of a ledger, where a backup of the ledger's folder does not put it back.
+"""The newest mark of a ledger, or of a run's journal, where a backup of its folder does not put it back.
 
-The ledgers of a user share a file in the system's folder for temporary files, in which each has a slot.
-It is written without a sync: it outlives a killed server, and a restart of the computer may lose it.
-Of two ledgers with one slot the later has it. Where it is not known, the ledger is believed as it is.
+Those of a user share a file in the system's folder for temporary files, in which each has a slot.
+It is written without a sync: it outlives a killed process, and a restart of the computer may lose it.
+Of two with one slot the later has it. Where it is not known, what is there is believed as it is.
 """
 
 import os
@@ -16,14 +16,14 @@ SLOTS, SLOT = 4096, 64
 
 
 class NewestMark:
-    """Of one ledger; nothing that goes wrong with it keeps a server from working."""
+    """Of one ledger or journal; nothing that goes wrong with it keeps a server or an engine from working."""
 
-    def __init__(self, ledger: str, *, on_disk: bool = True) -> None:
-        self._start = f"{ledger}:"
-        self._at = crc32(ledger.encode()) % SLOTS * SLOT
+    def __init__(self, of: str, *, file: str = "marks", on_disk: bool = True) -> None:
+        self._start = f"{of}:"
+        self._at = crc32(of.encode()) % SLOTS * SLOT
         self._file: FileIO | None = None
         with suppress(OSError):  # it is another user's, or the disk is full
-            self._file = _open() if on_disk else None
+            self._file = _open(file) if on_disk else None
 
     def read(self) -> str:
         """As it was written last; empty where that is not known."""
@@ -42,14 +42,14 @@ class NewestMark:
                 self._file.write(mark.encode().ljust(SLOT)[:SLOT])
 
     def close(self) -> None:
-        """Leave it to the ledger's next server."""
+        """Leave it to who has the ledger, or the journal, next."""
         if self._file is not None:
             self._file.close()
 
 
-def _open() -> FileIO:
+def _open(name: str) -> FileIO:
     user = os.getuid() if hasattr(os, "getuid") else ""
-    path = Path(tempfile.gettempdir()) / f"labrun_marks_{user}"
+    path = Path(tempfile.gettempdir()) / f"labrun_{name}_{user}"
     flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
     file = FileIO(os.open(path, flags, 0o600), "r+")
     if user != "" and os.fstat(file.fileno()).st_uid != user:

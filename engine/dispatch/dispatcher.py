@@ -443,7 +443,9 @@ class Dispatcher:
         try:
             # An adopted goal is only asked about, not sent: the state may have changed since.
             outcome = await client.follow(
-                self._goal(request, client), self._heard(request), send=request.adopt is None
+                self._goal(request, client),
+                self._heard(request),
+                send=request.adopt is None and not request.doubted,
             )
             outcome = await checked_with_server(request, outcome, client, self.run.history)
         except FileFault as fault:
@@ -460,6 +462,8 @@ class Dispatcher:
             # Where another ledger answers, its silence about the goal proves nothing.
             sent = request.adopt.sent
             boot = sent.boot if self.run.history.is_remembered(sent) else ""
+        elif request.doubted:
+            boot = ""
         read, _ = request.action.path_params()
         files = {
             name: read_content(self.run.folder, request.params[name])

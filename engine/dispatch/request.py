@@ -28,7 +28,8 @@ class Request:
 
     `within`: the path of the iteration, or the phase, that it belongs to. `epoch`: that of the lease
     under which it was sent. `adopt`: the goal of an earlier engine session that is asked about under
-    its own id. `cut`: it was ended by a stop, so it has no outcome: what asked for it waits.
+    its own id. `doubted`: nobody knows whether it was sent before, so it is only asked about, too.
+    `cut`: it was ended by a stop, so it has no outcome: what asked for it waits.
     `urgent`: it is sent also while the run is paused. `reservation`: what it belongs to; `strand`: of what
     runs beside other things it is part; `asked`: its place in the order of asking.
     """
@@ -43,6 +44,7 @@ class Request:
     within: str = ""
     epoch: int = 0
     adopt: PastGoal | None = None
+    doubted: bool = False
     outcome: Outcome | None = None
     sent_at: float | None = None
     canceled_at: float | None = None

@@ -50,7 +50,8 @@ class History(Course):
     `cleaned_up`: the engine session before the newest one had ended by
     itself. `touched`: device -> the record since which what steps had set on it may be lost.
     `marks`: the newest change that was seen in the ledger of a device. `ledger_n`: the record since
-    which it has its present ledger, where the run has met more than one.
+    which it has its present ledger, where the run has met more than one. `doubtful`: devices whose ledger
+    was replaced or put back, as was this journal: what neither of them knows may have happened.
     """
 
     past: Past = field(default_factory=Past)
@@ -66,6 +67,8 @@ class History(Course):
     leased_n: dict[str, int] = field(default_factory=dict)
     lease_boots: dict[str, str] = field(default_factory=dict)
     ledger_n: dict[str, int] = field(default_factory=dict)
+    put_back: bool = False
+    doubtful: set[str] = field(default_factory=set)
     marks: dict[str, str] = field(default_factory=dict)
     touched: dict[str, int] = field(default_factory=dict)
     boots: dict[str, str] = field(default_factory=dict)
@@ -135,6 +138,7 @@ class History(Course):
 
     def _take_resumed(self, record: j.Resumed) -> None:
         self.resumed_n = record.n
+        self.put_back = self.put_back or bool(record.put_back)
         self.cleaned_up, self.ended = self.ended, False
         if self.cleaned_up:
             self._spend()
@@ -154,6 +158,8 @@ class History(Course):
         if other or not record.continues:
             self.epochs.pop(device, None)  # those of another ledger say nothing about these
             self.ledger_n[device] = record.n
+        if self.put_back and (other or before is None or not record.continues):
+            self.doubtful.add(device)
         self.epochs.setdefault(device, set()).add(record.epoch)
         self.leased_n[device] = record.n
         self.lease_boots[device] = record.boot
@@ -280,15 +286,24 @@ class History(Course):
     # --- devices
 
     def was_before(self, device: str, goal_id: str, other: str) -> bool:
-        """True if `goal_id` was certainly requested of the device before `other`."""
+        """True if `goal_id` was certainly requested of the device before `other`.
+
+        One that this journal does not have may have come later, in a part of it that is lost.
+        """
         order = self.order.get(device, deque())
-        if other not in order:
+        if goal_id not in order or other not in order:
             return False
-        return goal_id not in order or order.index(goal_id) < order.index(other)
+        return order.index(goal_id) < order.index(other)
+
+    def has_lost(self, device: str, goal_id: str) -> bool:
+        """True if a device has done a goal of this run that this journal does not have."""
+        order = self.order.get(device, deque())
+        ours = self.started is not None and goal_id.startswith(f"{self.started.run}/")
+        return ours and goal_id not in order and len(order) < ORDER_KEPT
 
     def is_remembered(self, sent: j.GoalSent) -> bool:
-        """True if the device has the ledger that it had when a goal was sent."""
-        return sent.n > self.ledger_n.get(sent.device, 0)
+        """True if the device has the ledger that it had when a goal was sent, or ought to know it."""
+        return sent.n > self.ledger_n.get(sent.device, 0) and sent.device not in self.doubtful
 
     def held_since(self, sent: j.GoalSent) -> bool:
         """True if no other client has held a device since a goal was sent to it."""

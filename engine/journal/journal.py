@@ -6,11 +6,13 @@ from collections import deque
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from hashlib import blake2b
+from itertools import islice
 from pathlib import Path
-from typing import TypeVar
+from typing import ClassVar, TypeVar
 
 from pydantic import ValidationError
 
+from ...drivers.server.newest_mark import NewestMark
 from ...schemas.journal import FORMAT, RECORD, JournalRecord, Record
 from ...schemas.model import first_fault
 from ...system.files import BINARY, remove, sync_file
@@ -51,7 +53,13 @@ def _chain(previous: str, body: bytes) -> str:
 
 
 class Journal:
-    """Records are appended to a buffer; `flush` makes them durable, all with one fsync."""
+    """Records are appended to a buffer; `flush` makes them durable, all with one fsync.
+
+    What is durable is also noted where a backup of the run's folder does not put it back: `put_back` is
+    true of a journal that lacks what was noted.
+    """
+
+    on_real_disk: ClassVar[bool] = True
 
     def __init__(
         self, path: Path, *, count: int = 0, last_hash: str = "", sync: bool = True
@@ -60,6 +68,9 @@ class Journal:
         self.count = count
         self.sync = sync
         self.full = False
+        self.put_back = False
+        self._key = ""
+        self._elsewhere: NewestMark | None = None
         self._hash = last_hash
         self._lines: list[str] = []
         self._reserve = path.with_name("journal.reserve")
@@ -68,6 +79,18 @@ class Journal:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | BINARY, 0o644)
         except OSError as fault:
             raise JournalFault(f"cannot start the journal {path}: {fault.strerror}") from fault
+        if count:
+            self._look_elsewhere()
+
+    def _look_elsewhere(self) -> None:
+        """A journal is known by its first record: a folder may have another name."""
+        if not self.on_real_disk:
+            return
+        self._key = _hash_at(self.path, 1)[:12]
+        self._elsewhere = NewestMark(self._key, file="journals")
+        _, _, noted = self._elsewhere.read().partition(":")
+        n, _, link = noted.partition(":")
+        self.put_back = bool(n) and _hash_at(self.path, int(n)) != link
 
     def append(self, record: R) -> R:
         """Put a record into the buffer; it gets its number, time and hash, and is returned."""
@@ -99,6 +122,10 @@ class Journal:
                 raise NotWritten(f"cannot write {self.path}: {fault.strerror}") from fault
             self._use_reserve(data, fault)
         self._lines.clear()
+        if self._elsewhere is None:
+            self._look_elsewhere()
+        if self._elsewhere is not None:
+            self._elsewhere.write(f"{self._key}:{self.count}:{self._hash}")
 
     def hand_over(self) -> None:
         """Give a lone record to the system without waiting for the disk: it survives this process.
@@ -142,6 +169,8 @@ class Journal:
         finally:
             os.close(self._file)
             remove(self._reserve)
+            if self._elsewhere is not None:
+                self._elsewhere.close()
 
 
 class Follower:
@@ -262,6 +291,13 @@ def read_between(path: Path, start: int, end: int) -> Iterator[JournalRecord]:
                 return
             at += len(line)
             yield RECORD.validate_json(line)
+
+
+def _hash_at(path: Path, n: int) -> str:
+    """The hash of the n-th record; empty where there is none."""
+    with path.open("rb") as file:
+        line = next(islice(file, n - 1, n), b"")
+    return line.rpartition(b',"hash":"')[2].removesuffix(b'"}\n').decode("ascii", errors="replace")
 
 
 def _newer_format(body: bytes) -> int | None:

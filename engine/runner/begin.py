@@ -90,7 +90,12 @@ def old_run(
     """A run continued from its journal."""
     run = _run(folder, checked, options, journal, history)
     count = history.resumes + 1
-    run.record(j.Resumed(count=count, labrun=__version__, torn=torn, by=options.by))
+    run.record(
+        j.Resumed(
+            count=count, labrun=__version__, torn=torn, by=options.by,
+            put_back=journal.put_back or None,
+        )
+    )  # fmt: skip
     return run
 
 

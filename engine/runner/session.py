@@ -101,6 +101,12 @@ class RunSession:
         ending = Ending("failed")
         self.touched = touched_since(self.run, self.clients)
         self.dispatcher.look_anew()
+        if doubtful := sorted(self.run.history.doubtful):
+            self.run.log(
+                "this run's folder was put back from an older copy, and what was done since is in no "
+                f"ledger of {', '.join(doubtful)}: before each action that must not happen twice, "
+                "it is asked whether it happened"
+            )
         try:
             ending = await self._phases(resumed=records is not None)
         except StopNow:

@@ -250,6 +250,7 @@ class SimulatedJournal(Journal):
     `full_until`: until then the disk has only the journal's own reserve left.
     """
 
+    on_real_disk = False
     doom = ""
     full_until = 0.0
     lengths: dict[Path, int] = {}  # noqa: RUF012 - by path, for the power cuts of every history

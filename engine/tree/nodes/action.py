@@ -109,7 +109,9 @@ class ActionLeaf(Node):
             return seconds(self.plan.timeout_s.evaluate(self._names("timeout")))
         return self.plan.action.hung_after_s(arguments)
 
-    def _begin(self, arguments: dict[str, Any], timeout_s: float | None) -> None:
+    def _begin(
+        self, arguments: dict[str, Any], timeout_s: float | None, *, surely: bool = False
+    ) -> None:
         attempt, past = self._attempt(arguments)
         self.request = request = Request(
             goal_id=f"{self.run.id}/{self.path}/{attempt}", path=self.path, role=self.plan.role,
@@ -119,6 +121,8 @@ class ActionLeaf(Node):
             reservation=self.scope.frame.reservation, strand=self.scope.frame.strand,
         )  # fmt: skip
         if past is None:
+            doubtful = self.plan.role.device in self.run.history.doubtful
+            request.doubted = doubtful and self.plan.action.effect == "once" and not surely
             self._do(request)
         elif past.ended is None:
             self._ask_about(request, past)
@@ -237,7 +241,10 @@ class ActionLeaf(Node):
             return Status.SUCCESS
         if verdict.repeat or self._lost_and_not_done(unknown, verdict):
             request = unknown.request
-            self._begin(request.params, request.timeout_s)
+            if not (request.strand or request.role.contract.concurrent):
+                # What follows on this device would have come later still.
+                self.run.history.doubtful.discard(request.device)
+            self._begin(request.params, request.timeout_s, surely=True)
             self.run.requests.again()
             return Status.RUNNING
         return self.fail(

@@ -53,6 +53,15 @@ DIES_WITH_ITS_ENGINE = """
             os.kill(os.getppid(), signal.SIGKILL)
             os.kill(os.getpid(), signal.SIGKILL)
 """
+KEPT_AFTER_ONE = """
+    async def after(self, n):
+        run = self.place.folder.parents[2]
+        if n == 1:
+            shutil.copytree(run, self.done.with_name("kept"))
+        elif n == 3 and self.dies():
+            os.kill(os.getppid(), signal.SIGKILL)
+            os.kill(os.getpid(), signal.SIGKILL)
+"""
 REMEMBERS_IN_ITS_FOLDER = """
     def memory(self):
         return self.place.folder / "own"
@@ -192,6 +201,23 @@ def test_without_a_probe_a_person_is_asked(tmp_path):
     assert bench.fired == ["1", "2"], ended.stderr + ended.stdout
     assert [r.choice for r in bench.records("answered")] == ["skip"]
     assert [r.error.happened for r in bench.records("ended") if r.error] == ["unknown"]
+
+
+@pytest.mark.slow
+def test_a_run_that_went_back_with_its_ledger_fires_nothing_again(tmp_path):
+    shots = ", ".join(f"{{id: shot_{n}, do: g.fire, with: {{n: {n}}}}}" for n in (1, 2, 3, 4))
+    bench = Bench(tmp_path, KEPT_AFTER_ONE, f"[{shots}]")
+    bench.labrun("run", "p.yaml", "--lab", "lab.yaml")
+    run = bench.run
+    shutil.rmtree(run)
+    shutil.copytree(tmp_path / "kept", run)
+    answers = ["shot_1=skip", "shot_2=skip", "shot_4=did_not_happen"]
+
+    ended = bench.labrun("resume", "last", *(f"--answer={answer}" for answer in answers))
+
+    assert (ended.returncode, bench.fired) == (0, ["1", "2", "3", "4"]), ended.stderr + ended.stdout
+    assert "was put back from an older copy" in ended.stdout + ended.stderr
+    assert [r.choice for r in bench.records("answered")] == ["skip", "skip", "did_not_happen"]
 
 
 @pytest.mark.slow

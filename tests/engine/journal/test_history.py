@@ -205,3 +205,25 @@ def test_what_was_set_is_replaced_by_the_next_thing_that_sets_it():
     assert not is_replaced(
         down, j.Finished(n=8, fate="failed"), j.Resumed(n=9, count=1, labrun="0")
     )
+
+
+@pytest.mark.parametrize(("put_back", "doubtful"), [(None, set()), (True, {"a"})])
+def test_a_device_whose_ledger_went_back_with_the_journal_is_doubtful(put_back, doubtful):
+    resumed = j.Resumed(n=3, count=1, labrun="0", put_back=put_back)
+    leases = [
+        j.Leased(n=n, device="a", epoch=n, boot="l.1", mark="", continues=n == 2) for n in (2, 4)
+    ]
+    history = read_history([STARTED, leases[0], resumed, leases[1], sent(5, effect="once")])
+
+    assert history.doubtful == doubtful
+    assert history.is_remembered(sent(5)) is not bool(doubtful)
+
+
+def test_a_goal_that_the_journal_does_not_have_is_not_taken_for_an_earlier_one():
+    history = read_history([STARTED, sent(2, "main/x", effect="once"), sent(3, effect="once")])
+    newest = "r/main/scan/0/shoot/1"
+
+    assert history.was_before("a", "r/main/x/1", newest)
+    assert not history.was_before("a", "r/main/y/1", newest)
+    assert history.has_lost("a", "r/main/y/1")
+    assert not history.has_lost("a", "another/main/y/1")

@@ -55,6 +55,24 @@ def test_a_torn_last_record_is_cut_and_said(tmp_path):
     assert [r.path for r in read_records(path)] == ["main/0", "main/1", "main/9"]
 
 
+def test_a_journal_that_an_older_copy_has_replaced_says_so(tmp_path):
+    path = written(tmp_path / "journal.jsonl", *some(2))
+    older = path.read_bytes()
+    journal, _, _ = reopen(path)
+    found = [journal.put_back]
+    journal.append(j.StepEnded(path="main/2", fate="succeeded"))
+    journal.close()
+    path.write_bytes(older)
+
+    for number in (3, 4):
+        journal, _, _ = reopen(path)
+        found.append(journal.put_back)
+        journal.append(j.StepEnded(path=f"main/{number}", fate="succeeded"))
+        journal.close()
+
+    assert found == [False, True, False]
+
+
 def test_what_follows_a_sector_that_a_power_cut_has_left_empty_was_never_durable(tmp_path):
     path = written(tmp_path / "journal.jsonl", *some(4))
     data = path.read_bytes()
