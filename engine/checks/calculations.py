@@ -225,7 +225,12 @@ def _wrong_type(spot: Spot, kind: Type) -> Wrong | None:
         )
     if spot.use == "duration" and kind.kind != "text":
         fits = kind.kind == "number" and (kind.unit is None or same_dimension(kind.unit, "s"))
-        return None if fits else (f"{spot.what} needs a time; this is {in_words(kind)}", "")
+        hint = (
+            "`while:` with a `wait` among its steps waits for a condition"
+            if kind.kind == "boolean" and spot.what == "wait"
+            else ""
+        )
+        return None if fits else (f"{spot.what} needs a time; this is {in_words(kind)}", hint)
     if spot.use == "moment" and kind.kind not in ("moment", "text"):
         return f"until needs a time of day or a moment; this is {in_words(kind)}", 'such as "07:00"'
     if spot.use == "count" and not (kind.kind == "number" and kind.unit is None):

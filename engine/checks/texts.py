@@ -32,7 +32,7 @@ import re
 from collections.abc import Iterator
 
 from ...schemas.problem import Problem
-from ...schemas.protocol import Foreach, Set
+from ...schemas.protocol import Do, Foreach, Set
 from ...schemas.quantity import QUANTITY, UnitError, parse_quantity
 from ..language.shape import Place
 from ..language.value import Text
@@ -44,6 +44,8 @@ BARE = ("set", "collect", "output", "text")
 VALUES = ("set", "collect", "output", "argument")
 """Where a value keeps its type if nothing stands beside it."""
 NAMED = re.compile(r"(?:params|steps)(?:\.[A-Za-z_]\w*)+")
+BRACED = re.compile(r"(?<![${])\{\s*(([A-Za-z_]\w*)(?:\.[A-Za-z_]\w*)*)\s*\}(?!\})")
+"""`{i}`, as Python and others insert a value."""
 MOST = 4
 """Items of a loop that a hint repeats."""
 CODES = {"W420": "text that looks like a quantity and is used in calculations"}
@@ -61,6 +63,14 @@ def check(context: Context) -> Iterator[Problem]:
         ):
             message = f"the `{left}` beside `${{{{ }}}}` makes text of the value"
             hint = f"write it without the `{left}`"
+            yield context.source.problem(spot.place, "W101", message, hint)
+        elif isinstance(spot.raw, str) and (name := _is_name(spot, context)):
+            message = f"`{spot.raw}` is plain text, and nothing uses the {name} of the loop"
+            hint = f'write "${{{{ {name} }}}}" for its value'
+            yield context.source.problem(spot.place, "W101", message, hint)
+        elif isinstance(spot.raw, str) and (found := _braced(spot)):
+            message = f"`{found[0]}` with one brace is plain text and is not replaced"
+            hint = f"write ${{{{ {found[1]} }}}} for the value of the expression"
             yield context.source.problem(spot.place, "W101", message, hint)
     looks = list(texts_like_quantities(context))
     if not looks:
@@ -80,6 +90,40 @@ def _is_meant_as_expression(spot: Spot) -> bool:
     own = re.escape(str(spot.place[-1]))
     counted = spot.use == "set" and re.fullmatch(rf"{own} ?[-+*/] ?[\w.]+.*", spot.raw)
     return bool(counted or NAMED.fullmatch(spot.raw))
+
+
+def _is_name(spot: Spot, context: Context) -> str:
+    """The name of a loop around a text that is this name, where nothing else in the loop uses it."""
+    name = spot.raw.strip()
+    if spot.use != "argument" or all(loop.name != name for loop in spot.env.loops):
+        return ""
+    used = any(
+        name in one.names
+        for other in context.survey.spots
+        if not isinstance(other.value, Exception)
+        for one in other.value.expressions()
+    )
+    return "" if used or name in _choices(spot, context) else name
+
+
+def _choices(spot: Spot, context: Context) -> list[object]:
+    """The only values of the parameter whose argument this is, where there are such."""
+    for step, at in context.steps(Do):
+        role, _, name = step.do.partition(".")
+        if spot.place[: len(at.place)] == at.place and role in context.roles:
+            action = context.roles[role].contract.actions.get(name)
+            schemas = action.param_schemas() if action is not None else {}
+            return schemas.get(str(spot.place[-1]), {}).get("enum", [])
+    return []
+
+
+def _braced(spot: Spot) -> re.Match[str] | None:
+    """What stands in braces and is a name here."""
+    known = {"params", "steps", "status", *(loop.name for loop in spot.env.loops)}
+    for found in BRACED.finditer(spot.raw) if "{" in spot.raw and "\\" not in spot.raw else ():
+        if found[2] in known or found[2] in spot.env.set_names():
+            return found
+    return None
 
 
 def texts_like_quantities(context: Context) -> Iterator[tuple[Place, str, str]]:

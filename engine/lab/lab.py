@@ -1,6 +1,7 @@
 """Read a lab: its devices, their contracts, the limits of the bench."""
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -380,7 +381,8 @@ def _check_config(
         if isinstance(fault, Misfit):
             is_key = isinstance(fault, UnknownKey)
             yield source.problem((*place, *fault.path), "E132", str(fault), key=is_key)
-        elif fault is not None:  # by the one without which there is none
+            return
+        if fault is not None:  # by the one without which there is none
             for key, value in device.config.items():
                 if fault_of({k: v for k, v in device.config.items() if k != key}) is None:
                     words = f"{key} is {value!r}, which {device.driver} does not take"
@@ -389,6 +391,14 @@ def _check_config(
                     return
             if isinstance(fault, ValueError):  # what it says that it needs is missing
                 yield source.problem(place, "E132", str(fault), key=not device.config)
+            return
+        with suppress(OSError, ImportError, find.DriverFault):
+            driver = find.find_driver(str(device.driver), here)
+            if not (driver.any_contract or find.speaks(driver, contract)):
+                message = (
+                    f"{device.driver} is a driver for {driver.contract}, not for {contract.type}"
+                )
+                yield source.problem(("devices", name, "contract"), "E132", message)
 
 
 def _check_limits(

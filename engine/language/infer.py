@@ -135,7 +135,27 @@ class Inference:
                 return self.noted(self.names.param(node.attr))
             if node.value.id == "steps":
                 return self.noted(self.names.step(node.attr))
-        return self._field(self.of(node.value), node.attr, node)
+        before = len(self.faults)
+        owner = self.of(node.value)
+        if len(self.faults) > before:
+            self._say_what_has_it(node, self.faults[-1])
+        return self._field(owner, node.attr, node)
+
+    def _say_what_has_it(self, node: ast.Attribute, fault: Fault) -> None:
+        """`steps.a.outputs.mass`, or `env.pitch`: what is written without the part that is not there."""
+        hint = ""
+        if isinstance(node.value, ast.Name) and fault.hint.startswith("text needs quotes"):
+            hint = (
+                f"a parameter is params.{node.attr}, and what a step returned steps.ID.{node.attr}"
+            )
+        elif (
+            isinstance(node.value, ast.Attribute)
+            and fault.code == "E301"
+            and node.attr in self.of(node.value.value).fields
+        ):
+            hint = f"write {ast.unparse(node.value.value)}.{node.attr}"
+        if hint:
+            self.faults[-1] = replace(fault, hint=hint)
 
     def _field(self, owner: Type, name: str, node: ast.Attribute | ast.Subscript) -> Type:
         if name in TIMES and isinstance(node, ast.Attribute) and step_of(node.value) is not None:

@@ -187,6 +187,8 @@ def _no_mapping(data: Any, source: Source, place: Place) -> Problem:
         hint = (
             "remove one of the two dashes; steps that belong together are a group: `- steps: [...]`"
         )
+    if data in ("break", "continue", "exit"):
+        hint = "a loop ends when its `while:` is false; what is left out stands under an `if:`"
     if data == "pause":
         hint = "a run is paused by a watch, `then: pause`, or by `on_error: pause`"
     elif isinstance(data, str) and (said := SAID.fullmatch(data.strip())):
@@ -252,6 +254,8 @@ def _no_keyword(data: dict[str, Any], source: Source, place: Place) -> Problem:
                 hint = (
                     f"`{key}` belongs to the protocol: write it in the first column, beside `steps`"
                 )
+            elif near == "use" and ACTION.fullmatch(str(data[key]).strip()):
+                message, hint = f"unknown keyword {key!r}", f"write `do: {data[key].strip()}`"
             elif begun := _with_its_keyword(key):
                 hint = begun
             elif ACTION.fullmatch(key):

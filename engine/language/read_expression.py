@@ -18,7 +18,26 @@ LONGEST = 2000
 GOES_ON = re.compile(r"(?:[-+*/%<>=,.]|\b(?:if|else|and|or|not|in|for))\s*$")
 """How an expression ends that something is still missing of."""
 DEEPEST = 40
+COUNTED = re.compile(r"([A-Za-z_]\w*) *([-+*/])= *([^=]+)")
+COLONS = re.compile(r"\s*([^:'\"\[{]+?)\s*:\s*([^:]+?)\s*:\s*([^:'\"\]}]+?)\s*")
+"""A range as MATLAB has it."""
 CONSTANTS = {"True": True, "False": False, "None": None, "true": True, "false": False, "null": None}
+INSTEAD = {
+    "always": "what always runs at the end stands under `finally`",
+    "failure": "what runs where a step fails is its `fallback`",
+    "success": "a step runs only where those before it have succeeded",
+    "str": "format(x) makes text of a value",
+    "float": "a quantity without its unit is x / 1 mm",
+    "print": "`log:` is a step that prints",
+    "random": "a function of your own gives random numbers",
+}
+"""What is written in place of a function that other languages have."""
+GROWS = {"append": "a list grows by a + [x]", "extend": "a list grows by a + b"}
+METHODS = (
+    *GROWS, "upper", "lower", "strip", "split", "join", "replace", "startswith", "endswith", "keys",
+    "items", "values",
+)  # fmt: skip
+"""Of Python's text, lists and tables; no action has such a name."""
 KEYWORDS = {"and", "or", "not", "in", "is", "if", "else", "for", "lambda"}
 TOKEN = re.compile(
     r"""(?P<text>'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*")"""
@@ -116,8 +135,12 @@ def _with_quantities(text: str) -> str:
 
 def _unreadable(whole: str, fault: BaseException) -> str:
     text = short(whole)
-    if found := re.search(r"<>|=[<>]", text):
-        return f"{text}: write `{'!=' if found[0] == '<>' else found[0][::-1]}`"
+    if found := re.search(r"<>|~=|=[<>]", text):
+        return f"{text}: write `{'!=' if found[0] in ('<>', '~=') else found[0][::-1]}`"
+    if counted := COUNTED.fullmatch(text):
+        return f"{text}: write {counted[1]} {counted[2]} {counted[3]}; the key of a `set` names it"
+    if bounds := COLONS.fullmatch(text):
+        return f"{text}: write span({bounds[1]}, {bounds[3]}, {bounds[2]})"
     if re.search(r"(?<![=!<>])=(?!=)", text) and "(" not in text:
         return f"{text}: `=` assigns a value; `==` compares"
     if "&&" in text or "||" in text or re.search(r"!(?!=)", text):
@@ -172,6 +195,8 @@ def _refuse_node(node: ast.AST, own: frozenset[str]) -> None:
         more = "; `**` is a power" if isinstance(node, ast.BitXor) else ""
         if isinstance(node, ast.expr):
             more = f": {as_written(node)}"
+        if isinstance(node, ast.JoinedStr):
+            more += "; a text has values within it by ${{ }}"
         raise ExpressionError(f"{_construct(node)} is not allowed in an expression{more}")
     if isinstance(node, ast.Constant) and not _usable(node.value):
         if isinstance(node.value, float):
@@ -209,10 +234,13 @@ def _refuse_call(node: ast.Call, own: frozenset[str]) -> None:
         raise ExpressionError(_no_function(node.func))
     name = node.func.id
     if name not in FUNCTIONS and name not in own and name != LITERAL:
-        raise ExpressionError(
-            f"there is no function {name}{did_you_mean(name, [*FUNCTIONS, *own])}; there are "
-            + ", ".join(FUNCTIONS)
-        )
+        known = did_you_mean(name, [*FUNCTIONS, *own]) or "; there are " + ", ".join(FUNCTIONS)
+        numbers = [a.value for a in node.args if isinstance(a, ast.Constant)]
+        if name in INSTEAD:
+            known = f"; {INSTEAD[name]}"
+        elif len(numbers) == len(node.args) == 1 and isinstance(numbers[0], int):
+            known += f"; an item of a list is {name}[{numbers[0]}], and the first is {name}[0]"
+        raise ExpressionError(f"there is no function {name}{known}")
     if any(isinstance(argument, ast.Starred) for argument in node.args):
         raise ExpressionError("`*` before an argument is not allowed in an expression")
     if any(keyword.arg is None for keyword in node.keywords):
@@ -224,12 +252,22 @@ def _no_function(called: ast.expr) -> str:
     whole = ast.unparse(called)
     if isinstance(called, ast.Attribute) and called.attr in FUNCTIONS:
         return f"write {called.attr}(...), without {ast.unparse(called.value)}"
+    if isinstance(called, ast.Attribute) and (way := _no_method(called)):
+        return way
     if isinstance(called, ast.Attribute) and isinstance(called.value, ast.Name):
         return (
             f"{whole}(...) is no function; an action is a step, `{{id: a, do: {whole}}}`, "
             "whose result is steps.a"
         )
     return "only functions can be called: " + ", ".join(FUNCTIONS)
+
+
+def _no_method(called: ast.Attribute) -> str:
+    """The way on for a method; nothing for another name."""
+    if called.attr not in METHODS:
+        return ""
+    way = GROWS.get(called.attr, "`functions` has those of your own")
+    return f"{ast.unparse(called)}(...): values have no methods; {way}"
 
 
 def _construct(node: ast.AST) -> str:

@@ -330,6 +330,8 @@ def _way_on_in_lab(path: Place, message: str, value: Any) -> str:
             return f"write {value} without quotes"
         case ("devices", _, "port") if isinstance(value, str):
             return f"what its driver needs goes under `config`: config: {{port: {value}}}"
+        case ("devices", _, "limits", "minimum" | "maximum" as bound):
+            return f"it is that of a parameter: limits: {{x: {{{bound}: {value}}}}}"
         case ("devices", _, "limits", param):
             return f"such as {param}: {{minimum: 0, maximum: 100}}"
         case ("devices", _, "config"):

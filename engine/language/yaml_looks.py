@@ -21,6 +21,8 @@ OPENED = re.compile(r"(?:^|[\s\[{,])((['\"])(?:(?!\2).)*)$")
 """A quote that is opened in a line and not closed in it."""
 CLOSED = re.compile(r"(?:[:,-]\s+|[\[{])(['\"])")
 CURLY = "“”„«»‘’"
+REMARK = re.compile(r"\s*(//|/\*|%|;|--(?!-))")
+"""How other languages begin a comment."""
 FENCE = re.compile(r"\s*(?:```|~~~)")
 CONFLICT = re.compile(r"^<{7}(?: |$).*", re.MULTILINE)
 PROGRAM = re.compile(r"(?:from [\w.]+ )?import \w|def \w+\(|#!.*python")
@@ -75,7 +77,7 @@ def _fence(lines: Lines, number: int, line: str) -> YamlFault | None:
 def _in_either(
     lines: Lines, here: tuple[int, str], above: tuple[int, str] | None
 ) -> YamlFault | None:
-    for look in (_cut, _odd, _no_space):
+    for look in (_remark, _cut, _odd, _no_space):
         for line in (here, above):
             found = look(lines, *line) if line is not None else None
             if found is not None:
@@ -131,6 +133,15 @@ def _bare_expression(lines: Lines, number: int, line: str, column: int) -> YamlF
         "E101", "an expression without quotes between brackets", lines.starts[number - 1] + begun,
         f"inside {{...}} or [...] an expression needs quotes: {hint}", len(match[0]),
     )  # fmt: skip
+
+
+def _remark(lines: Lines, number: int, line: str) -> YamlFault | None:
+    match = REMARK.match(line)
+    if match is None:
+        return None
+    at = lines.starts[number - 1] + match.start(1)
+    words = f"`{match[1]}` begins no comment in YAML"
+    return YamlFault("E101", words, at, "a comment begins with `#`", len(match[1]))
 
 
 def _cut(lines: Lines, number: int, line: str) -> YamlFault | None:

@@ -184,6 +184,9 @@ DASHES = "-–—−－•"
 def value_hint(node: Node, raw: str, message: str) -> str:
     """A hint about how a value of the wrong kind is written; or nothing."""
     if node.members and TEXT.search(message) and len(node.members) == 1 and "number" not in message:
+        (inner,) = node.members.values()
+        if raw.startswith("{") and isinstance(inner.value, str):
+            return f"write only {shown(inner.value)}"
         return "`: ` makes what is before it a key; put text that contains it in quotes"
     if (
         node.members
@@ -193,6 +196,8 @@ def value_hint(node: Node, raw: str, message: str) -> str:
         return odd_characters(next(iter(node.members))) or "a space is missing after the `-`"
     if node.members and "foreach needs" in message and (bounds := _bounds(node)):
         return f"write {_span(*bounds)}"
+    if node.members and "needs a list" in message and raw.startswith("{"):
+        return "put [ and ] around it"
     if node.members and "needs a list" in message:
         return "a list has its items one below the other, each after `- `"
     if node.value is None and node.members is None and node.items is None:

@@ -196,10 +196,10 @@ class Env:
         if name in self.survey.roles:
             way = f"what a device tells is status.{name}.FIELD, and what an action returned steps.ID.FIELD"
             return Fault("E302", f"there is no name {name}: it is a role", way)
-        way = f"a unit stands behind a number: 1 {name}" if name in (*PLAIN, *COMMON) else ""
-        return Fault(
-            "E302", f"there is no name {name}{guess}", way or f"text needs quotes: '{name}'"
-        )
+        way = f"text needs quotes: '{name}'"
+        if name in (*PLAIN, *COMMON):
+            way = f"a unit stands behind a number: 1 {name}"
+        return Fault("E302", f"there is no name {name}{guess}", way)
 
     def param(self, name: str) -> Type | Fault:
         """The type of a parameter."""

@@ -75,6 +75,8 @@ def test_what_is_wrong_in_a_lab_is_told_at_its_place(tmp_path):
         line = with_config.splitlines()[4]
         assert told(write(tmp_path, with_config)) == [f"E132 5:{line.index(value) + 1}"]
     assert told(write(tmp_path, LAB.replace("furnace.yaml", "none.yaml"))) == ["E130 2:13"]
+    other = LAB.replace("sim_gantry", "sim_balance, config: {clock: fast}")
+    assert told(write(tmp_path, other)) == ["E132 5:22"]
     assert told(tmp_path / "nowhere.yaml") == ["E100 1:1"]
 
 
