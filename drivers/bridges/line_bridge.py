@@ -17,7 +17,7 @@ from .answers import NUMBER_ERRORS, OWN, BadAnswer, value, values
 from .bridge import Bridge, Values, doubtful
 from .config import ActionConfig, BridgeConfig, ConfigFault, Pattern, pattern
 from .lines import Expired, LineConfig, Lines, NoAnswer
-from .number_forms import KIND, size_of
+from .number_forms import size_of
 from .template import GOAL
 
 BLOCK = re.compile(r"(?:(?P<count>[1-9]\d*)|(?P<length>[<>]?u[1248]):)?(?P<kind>.+)")
@@ -48,8 +48,9 @@ class LineAction(ActionConfig):
     @classmethod
     def _is_a_kind(cls, value: str | None) -> str | None:
         kind = found["kind"] if (found := BLOCK.fullmatch(value or "")) else ""
-        if value is None or kind == "file" or KIND.fullmatch(kind):
-            return value
+        with contextlib.suppress(ValueError):
+            if value is None or kind == "file" or size_of(kind):
+                return value
         raise ValueError(
             f"{value!r} is no kind of block: `file`, or a number type as >f4, <i2, u1, 1024<u2 for so "
             f"many of them without the # of a block, or <u4:>f4 for those that come after their length"

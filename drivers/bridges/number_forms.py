@@ -1,6 +1,7 @@
 """Numbers that are not written in decimal: as bytes (`>f4`, `<i2`, `u1`, `>bcd3`), as a mantissa and a power.
 
-Of bytes, `<` is the lowest first, `>` the highest; `i` and `u` are whole numbers with and without a sign,
+Of bytes, `<` is the lowest first, `>` the highest; in `><` and `<>` these are the bytes of a word of two, and
+the words lie the other way round; `i` and `u` are whole numbers with and without a sign,
 `f` is IEEE 754, of `bcd` each byte is two decimal digits; then how many they are. With `base: 16` they are
 written in hexadecimal. `mantissa: 4` is 1.234E+05 as `1234+5`, and with `power: -20` as `123425`.
 """
@@ -13,7 +14,7 @@ import struct
 from collections.abc import Mapping
 from typing import Any
 
-KIND = re.compile(r"([<>]?)(?:(i|u|bcd)([1-8])|f([248]))")
+KIND = re.compile(r"(><|<>|[<>]?)(?:(i|u|bcd)([1-8])|f([248]))")
 FLOATS = {2: "e", 4: "f", 8: "d"}
 FORMS = ("bytes", "mantissa")
 Schema = Mapping[str, Any]
@@ -48,6 +49,7 @@ def number_bytes(number: float, kind: str, *, in_hex: bool = False) -> str:
             data = whole.to_bytes(size, "big" if order == ">" else "little", signed=sign == "i")
     except (OverflowError, struct.error):
         raise ValueError(f"{number:g} does not go into {kind}") from None
+    data = _turned(data, kind)
     return data.hex().upper() if in_hex else data.decode("latin-1")
 
 
@@ -77,7 +79,7 @@ def _of_bytes(text: str, schema: Schema) -> list[str]:
     size = size_of(kind)
     if not data or len(data) % size:
         raise ValueError(f"{len(data)} bytes ({data[:16].hex(' ')}) are no {kind}")
-    return [_read(data[at : at + size], kind) for at in range(0, len(data), size)]
+    return [_read(_turned(data[at : at + size], kind), kind) for at in range(0, len(data), size)]
 
 
 def _of_mantissa(text: str, schema: Schema) -> list[str]:
@@ -86,6 +88,13 @@ def _of_mantissa(text: str, schema: Schema) -> list[str]:
     if found is None:
         raise ValueError(f"{text!r} is no number of {digits} digits and a power")
     return [f"{found[1]}e{int(found[2]) + int(schema.get('power', 0)) - digits + 1}"]
+
+
+def _turned(data: bytes, kind: str) -> bytes:
+    """With its words the other way round, if they lie otherwise than their bytes."""
+    if kind[:2] not in ("><", "<>"):
+        return data
+    return b"".join(data[at : at + 2] for at in range(len(data) - 2, -1, -2))
 
 
 def _read(data: bytes, kind: str) -> str:
@@ -123,4 +132,7 @@ def _parts(kind: str) -> tuple[str, str, int, bool]:
     found = KIND.fullmatch(kind)
     if found is None:
         raise ValueError(f"{kind!r} is no number type such as >f4, <i2, u1")
-    return found[1] or "<", found[2] or "i", int(found[3] or found[4]), found[4] is not None
+    size = int(found[3] or found[4])
+    if found[1][1:] and size % 4:
+        raise ValueError(f"{kind!r} has no words that could be turned: it has {size} bytes")
+    return found[1][:1] or "<", found[2] or "i", size, found[4] is not None

@@ -119,6 +119,7 @@ REFUSED = {
     "keyed": ("wrong", {}, "Refused", "no"),
     "stepper": ("go", {"x": 1000}, "WrongValue", "no"),
     "gauges": ("wrong", {}, "Unknown", "no"),
+    "plc": ("wrong", {}, "NoArea", "no"),
     "ionpump": ("wrong", {}, "NoWindow", "no"),
     "manometer": ("wrong", {}, "Refused", "no"),
     "syringe": ("go", {"to": 2000}, "BadOperand", "no"),
@@ -192,6 +193,11 @@ REFUSED = {
             ("heat", {"to": -5.25}, {}),
             ("target", {}, {"t": -5.25}),
         ], [{"done": "set", "to": "FDF3"}]),
+        ("plc", BUS["plc"], [
+            ("level", {}, {"v": 21.5}),
+            ("fill", {"to": 0.1}, {}),
+            ("level", {}, {"v": 0.1}),
+        ], [{"done": "fill", "to": "cccd3dcc"}]),
         ("gauges", BUS["gauges"], [
             ("pressure", {}, {"p": 1000}),
             ("switch", {"on": True}, {}),

@@ -384,7 +384,32 @@ class Weather:
         return body + struct.pack("<H", crc) + b"\x04"
 
 
+class Plc:
+    """Omron's FINS by TCP: a handshake, words of the area DM; a float has its lowest word first."""
+
+    level = b"\x00\x00\x41\xac"
+
+    def frames(self, data):
+        while len(data) >= 8 and len(data) >= 8 + (size := struct.unpack(">I", data[4:8])[0]):
+            yield data[: 8 + size]
+            data = data[8 + size :]
+
+    def hears(self, frame):
+        asked = frame[16:]
+        if frame[11] == 0:
+            body = struct.pack(">IIII", 1, 0, 10, 1)
+        else:
+            body = b"\0\0\0\x02\0\0\0\0\xc0\0\x02" + asked[6:9] + asked[3:6] + asked[9:12]
+            body += b"\x11\x01" if asked[12] != 0x82 else b"\0\0"
+            if asked[10:13] == b"\x01\x02\x82":
+                self.level = asked[18:]
+                self.done("fill", to=self.level.hex())
+            elif asked[12] == 0x82:
+                body += self.level
+        return b"FINS" + struct.pack(">I", len(body)) + body
+
+
 INSTRUMENTS = (
     Stepper, Bath, Gauges, IonPump, Manometer, Syringe, Flow, Stage, Sketch, Service, Acquisition,
-    Controller485, Peristaltic, Dosing, Thermostat, Mixer, Weather,
+    Controller485, Peristaltic, Dosing, Thermostat, Mixer, Weather, Plc,
 )  # fmt: skip
