@@ -353,10 +353,12 @@ class Visa(Channel):
         await self._call(self._session.clear)
 
 
+REASONS = {
+    errno.ECONNREFUSED: "nothing listens there; is it on, and is this its port?",
+    errno.EHOSTUNREACH: "there is no way to it; is it on, and is the cable plugged in?",
+    errno.EADDRINUSE: "another program on this computer already listens at its `local_port`",
+}
+
+
 def _reason(fault: OSError) -> str:
-    known = {
-        errno.ECONNREFUSED: "nothing listens there; is it on, and is this its port?",
-        errno.EHOSTUNREACH: "there is no way to it; is it on, and is the cable plugged in?",
-        errno.EADDRINUSE: "another program on this computer already listens at its `local_port`",
-    }
-    return known.get(fault.errno or 0, str(fault.strerror or fault))
+    return REASONS.get(fault.errno or 0, str(fault.strerror or fault))

@@ -12,6 +12,7 @@ from ...schemas.patterns import regular_expression
 from ..driver import ActionFailed, GoalContext
 from .answers import BadAnswer, value
 from .bridge import Bridge, Values
+from .channel import REASONS
 from .config import WHOLE, chosen
 from .data import answer_values, plainly
 from .http_config import METHODS, HttpAction, HttpConfig
@@ -132,7 +133,8 @@ class Http(Bridge):
         except TimeoutError as fault:
             raise NoAnswer(f"{asked} and did not answer within {limit_s:g} s") from fault
         except ClientError as fault:
-            raise OSError(f"{asked}: {fault or type(fault).__name__}") from fault
+            why = REASONS.get(getattr(fault, "errno", None) or 0, fault or type(fault).__name__)
+            raise OSError(f"{asked}: {why}") from fault
         lines = [f"{name}: {one}" for name, one in got.headers.items()]
         if place := got.headers.get("Location"):  # as a path of this device's own
             lines.insert(0, f"Location: {urljoin(str(got.url), place).removeprefix(config.url)}")
