@@ -47,6 +47,17 @@ describe('results', () => {
     await spectrum.getByRole('button', { name: 'fit', exact: true }).click()
     await spectrum.getByText(/Plasma [\d,]+ K/).waitFor()
     await picture(page, 'results-fit')
+    const [png] = await Promise.all([page.waitForEvent('download'), spectrum.getByRole('button', { name: 'PNG' }).click()])
+    const opaque = await page.evaluate(async (src) => {
+      const image = new Image()
+      image.src = src
+      await image.decode()
+      const ctx = new OffscreenCanvas(1, 1).getContext('2d')
+      ctx?.drawImage(image, 0, 0)
+      return ctx?.getImageData(0, 0, 1, 1).data[3]
+    }, `data:image/png;base64,${readFileSync(await png.path()).toString('base64')}`)
+
+    expect(opaque).toBe(255)
 
     expect(await axe(page)).toEqual([])
     expect(faults).toEqual([])
