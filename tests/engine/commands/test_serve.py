@@ -26,14 +26,14 @@ LAB = "name: mine\nsimulated: true\ndevices: {b: {contract: balance@1, driver: s
 
 @contextmanager
 def serving(cwd, *words):
-    """The first two lines of a server, and the process; ended in order."""
+    """The first two lines of a server, in the order of the alphabet, and the process; ended in order."""
     process = subprocess.Popen(
         [sys.executable, "-m", "labrun.engine", "serve", *words, "--port", "0"],
         cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stdout is not None
     try:
-        yield process.stdout.readline(), process.stdout.readline(), process
+        yield *sorted((process.stdout.readline(), process.stdout.readline())), process
     finally:
         process.send_signal(signal.SIGTERM)
         process.communicate()
@@ -285,7 +285,7 @@ def test_a_device_that_is_served_is_used_there_on_whatever_port_from_whatever_fo
     (tmp_path / "weigh.yaml").write_text(
         "labrun: 1\nname: weigh\ndevices: {b: balance@1}\nsteps: [{do: b.weigh}]\n"
     )
-    with serving(tmp_path, "lab.yaml", "--folder", "elsewhere") as (_, at, _):
+    with serving(tmp_path, "lab.yaml", "--folder", "elsewhere") as (at, _, _):
         url = at.removeprefix("b at ").strip()
         called = labrun(tmp_path, "call", "b.weigh", "--lab", "lab.yaml")
         run = labrun(tmp_path, "run", "weigh.yaml", "--lab", "lab.yaml")
