@@ -104,7 +104,7 @@ class Text(LineBridge):
             said = f"{self.lines}: {fault}"
             if isinstance(hello.send, str) and f"answered {hello.send!r}"[:-1] in said:
                 raise OSError(f"{said}; it repeats what it hears: say `echo: true`") from fault
-            other = "; is another device there, or are its terminator or baud rate others?"
+            other = "; is another device there, or does it use another terminator or baud rate?"
             raise OSError(said if PART in said else said + other) from fault
         except ActionFailed as failure:
             raise OSError(failure.message) from failure

@@ -148,7 +148,8 @@ async def start_patiently(
         except ServerFailed as fault:
             if not fault.again:
                 raise
-            say(f"{fault}; it is tried again in {pause_s:g} s")
+            joined = " It" if str(fault).endswith("?") else "; it"
+            say(f"{fault}{joined} is tried again in {pause_s:g} s")
         await asyncio.sleep(pause_s)
     return await start_server(config, folder, timeout_s=timeout_s, say=say)
 
