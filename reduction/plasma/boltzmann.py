@@ -112,7 +112,7 @@ class PlotLines:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plot:
-    """The fitted plot. Errors are standard errors, scaled by chi2 where that exceeds 1.
+    """The fitted plot. Errors are standard errors, by what the lines scatter and what the model lacks.
 
     log_opacity: the constant of the spectrum (see growth). log_scale: ln of each element's amount,
     shape (e,), NaN where it has no line. kept: part of its light that each line kept. residual:
@@ -384,9 +384,11 @@ def _as_plot(
         response = Response(bend.knots_nm, p[3 + k :], np.sqrt(np.maximum(own, 0.0)))
     lack = np.hypot(blind * np.hypot(UNIFORM, THICK * _lost(part)), UNLIKE * more)
     by_heat = float(np.sqrt(max(by_scatter[0, 0], 0.0) + lack**2))
+    # Light of ions and atoms that is not equally hot moves the density with T.
+    turned = lack * by_scatter[0, 1] / by_scatter[0, 0]
+    by_density = float(np.sqrt(max(by_scatter[1, 1], 0.0) + turned**2))
     plot = Plot(
-        kelvin, kelvin * by_heat, float(p[1] / np.log(10)),
-        float(np.sqrt(max(covariance[1, 1], 0.0)) / np.log(10)),
+        kelvin, kelvin * by_heat, float(p[1] / np.log(10)), by_density / float(np.log(10)),
         float(p[2]), scale, part, residual, chi2, tuple(flags), response, names,
         covariance[3 : 3 + k, 3 : 3 + k], by_scatter[3 : 3 + k, 3 : 3 + k], blind,
     )  # fmt: skip

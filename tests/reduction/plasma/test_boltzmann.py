@@ -101,6 +101,14 @@ def test_what_one_zone_lacks_is_more_of_an_error_where_a_free_response_hides_the
     assert free.temperature_error_k > free.temperature_k * lack
 
 
+def test_what_one_zone_lacks_is_an_error_of_the_density_too():
+    lines = lines_at(10_000.0, 17.0)
+    plot = fit_plot(lines)
+    lack = np.hypot(UNIFORM, THICK * plot.lost) / np.log(10)
+
+    assert 5 * lack < plot.log10_ne_error < 20 * lack  # Saha's exponent
+
+
 def test_a_line_that_is_missing_only_says_that_it_is_faint():
     lines = lines_at(10_000.0, 17.0)
     few = lines_at(10_000.0, 17.0, elements=("Si",))
