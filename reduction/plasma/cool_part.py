@@ -45,7 +45,7 @@ COOL_ENDS = np.log([[0.4, 0.85], [0.03, 1.0]])
 ZONES = GLOBAL + 2  # parameters that all lines share: these two after the plot's
 LONGEST_STEPS = np.concatenate([LONGEST_STEP, [0.15, 0.5]])
 FEW = 10.0  # lines, by which the scatter of the others is taken to be as their errors say
-FIRST_STEPS, STEPS = 6, 3  # each part but the first begins where the one before ended
+STEPS = 6, 3
 SLOPE = np.array([0.005, 0.02, 0.02, 0.01, 0.05])  # of the first parameters, for differences
 # Places across half a line: angles whose tangents are in half widths of the hot zone's line; their weights.
 _AT, _WEIGHT = np.polynomial.legendre.leggauss(12)
@@ -55,10 +55,10 @@ _WEIGHT = 0.5 * _WEIGHT * (1 + _SQUARE)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CoolPart:
-    """One of PARTS: its odds, which add up to 1; ln of the amounts of the plot's elements, (k,), and their
-    covariance (k, k), all else unknown. evidence: ln of how likely the lines are with this part and this
-    knowledge of the response, whatever all parameters are (Laplace's approximation), but for a constant.
-    scatter: mean square of what lines are off by, in their own errors."""
+    """One of the parts: its odds, which add up to 1; ln of the amounts of the plot's elements, (k,), and
+    their covariance (k, k), all else unknown. evidence: ln of how likely the lines are with this part and
+    this knowledge of the response, whatever all parameters are (Laplace's approximation), but for a
+    constant. scatter: mean square of what lines are off by, in their own errors."""
 
     odds: float
     log_scale: FloatArray
@@ -67,9 +67,12 @@ class CoolPart:
     scatter: float
 
 
-def cool_parts(lines: PlotLines, plot: Plot, bend: Bend) -> list[CoolPart]:
-    """The plot fitted with each of PARTS. lines: those of the plot, without its response; bend: the response
-    beforehand, as it was for the plot."""
+def cool_parts(
+    lines: PlotLines, plot: Plot, bend: Bend, parts: FloatArray = PARTS, steps: tuple[int, int] = STEPS
+) -> list[CoolPart]:  # fmt: skip
+    """The plot fitted with each of some parts. lines: those of the plot, without its response; bend: the
+    response beforehand, as it was for the plot. steps: of the first part, and of each other, which begins
+    where the one before ended."""
     which, k = np.searchsorted(plot.names, lines.element), len(plot.names)
     knot, far = np.zeros(len(lines), np.int64), np.zeros(len(lines))
     if len(bend.knots_nm):
@@ -91,9 +94,9 @@ def cool_parts(lines: PlotLines, plot: Plot, bend: Bend) -> list[CoolPart]:
     )  # fmt: skip
     prior[ZONES + k :, ZONES + k :] = bend.stiff
     misfits, scales, found = [], [], []
-    for part in PARTS:
+    for part in parts:
         told = normal = prior
-        for _ in range(STEPS if found else FIRST_STEPS):
+        for _ in range(steps[1] if found else steps[0]):
             log_area, slopes = zones.with_slopes(p, part)
             z = (shown - log_area) / sigma
             weight = trust(z) / sigma**2

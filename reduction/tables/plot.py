@@ -1,6 +1,6 @@
 """The Saha-Boltzmann plot of a reduction: its lines, and what they say of lithium."""
 
-from ..plasma.boltzmann import Plot, PlotLines
+from ..plasma.boltzmann import Bend, Plot, PlotLines
 from ..plasma.lithium_share import LithiumShare, ShareCurve, lithium_share, share_curve
 from ..reduce import Reduction
 
@@ -29,6 +29,8 @@ def fraction_curve(reduction: Reduction) -> ShareCurve | None:
     return None if plotted is None else share_curve(*plotted)
 
 
-def _plotted(reduction: Reduction) -> tuple[PlotLines, Plot] | None:
-    lines, found = lines_of_plot(reduction), reduction.identified
-    return None if lines is None or found is None or found.plot is None else (lines, found.plot)
+def _plotted(reduction: Reduction) -> tuple[PlotLines, Plot, Bend] | None:
+    found = reduction.identified
+    if found is None or found.lines is None or found.plot is None or found.bend is None:
+        return None
+    return found.lines, found.plot, found.bend

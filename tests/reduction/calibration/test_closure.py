@@ -10,7 +10,6 @@ from labrun.reduction.calibration import closure
 from labrun.reduction.calibration.closure import SURELY, _drawn, concentrations, one_point
 from labrun.reduction.calibration.rocks import of_rocks
 from labrun.reduction.lines.formula import WEIGHT, with_oxygen
-from labrun.reduction.plasma import cool_part
 from labrun.reduction.plasma.boltzmann import CALIBRATION, Bend, fit_plot
 from labrun.reduction.plasma.cool_part import PARTS, cool_parts
 from labrun.reduction.plasma.growth import log_depth_of_unit
@@ -237,8 +236,7 @@ def test_lines_tell_how_much_of_the_plasma_is_cool_and_the_amounts_beside_it(cor
     assert middle[1] - middle[0] > 1
 
 
-def test_lines_tell_a_cool_part_from_a_response_that_is_off(core, monkeypatch):
-    monkeypatch.setattr(cool_part, "PARTS", PARTS[2:5])
+def test_lines_tell_a_cool_part_from_a_response_that_is_off(core):
     at, odds = np.arange(200.0, 941.0, 40.0), []
     for off in (0.0, 0.8):
         lines = through_a_cool_zone(core, 0.25)
@@ -246,7 +244,10 @@ def test_lines_tell_a_cool_part_from_a_response_that_is_off(core, monkeypatch):
         lines = replace(lines, log_area=lines.log_area + bent)
         plot = fit_plot(lines)
         level, loose = (
-            max(part.evidence for part in cool_parts(lines, plot, Bend(at, 0 * at, stiff)))
+            max(
+                part.evidence
+                for part in cool_parts(lines, plot, Bend(at, 0 * at, stiff), PARTS[2:5])
+            )
             for stiff in (stiffness(at, np.empty(0), usual) for usual in (LEVEL, LOOSE))
         )
         odds.append(level - loose)

@@ -120,7 +120,7 @@ def test_noise_has_no_boltzmann_plot_and_still_a_spectrum():
 
 def test_the_share_of_lithium_rises_with_the_temperature_it_is_read_at(pegmatite, overlaps):
     _, reduction = pegmatite
-    plotted = lines_of_plot(reduction), reduction.identified.plot
+    plotted = lines_of_plot(reduction), reduction.identified.plot, reduction.identified.bend
     found, curve = lithium_share(*plotted), share_curve(*plotted)
 
     assert 0 < found.share < 1 and found.share_error > 0
