@@ -725,7 +725,7 @@ finally:
     await page.keyboard.press('Tab')
     await page.getByRole('button', { name: 'Undo' }).click()
     await page.getByRole('button', { name: 'Preview' }).click()
-    await expect.poll(async () => (await page.getByText('Laser shots', { exact: true }).boundingBox())?.y).toBeLessThan(430)
+    await expect.poll(async () => (await page.getByRole('region', { name: 'Preview' }).boundingBox())?.y).toBeLessThan(300)
     await picture(page, 'editor-zoomed')
 
     expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(640)
