@@ -27,12 +27,20 @@ class NewestMark:
 
     def read(self) -> str:
         """As it was written last; empty where that is not known."""
+        found = self._slot()
+        return found if found is not None and found.startswith(self._start) else ""
+
+    @property
+    def is_blank(self) -> bool:
+        """Whether nothing was ever written there: another computer, or the folder was emptied."""
+        return self._slot() == ""
+
+    def _slot(self) -> str | None:
         with suppress(OSError, UnicodeDecodeError):
             if self._file is not None:
                 self._file.seek(self._at)
-                found = (self._file.read(SLOT) or b"").rstrip(b"\0 ").decode("ascii")
-                return found if found.startswith(self._start) else ""
-        return ""
+                return (self._file.read(SLOT) or b"").rstrip(b"\0 ").decode("ascii")
+        return None
 
     def write(self, mark: str) -> None:
         """In one piece, before anybody is told it."""

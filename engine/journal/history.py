@@ -5,8 +5,9 @@ it, a resumed one takes them all from the disk, and both know the same.
 """
 
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from ...schemas import journal as j
 from ...schemas.messages import ledger_of
@@ -199,6 +200,9 @@ class History(Course):
         if past is None:  # it outlived its iteration, which is over and forgotten
             return
         sent = past.sent
+        if path.endswith("/probe") and self._has_lost(sent.device, record.result or {}):
+            self.put_back = True
+            self.doubtful |= self.leased_n.keys()
         self.work_n = self.work_n if path.endswith(LOOKS) else record.n
         cut = self._was_cut(record, sent)
         if sent.sets and record.state != "SUCCEEDED" and not cut:
@@ -295,9 +299,9 @@ class History(Course):
             return False
         return order.index(goal_id) < order.index(other)
 
-    def has_lost(self, device: str, goal_id: str) -> bool:
+    def _has_lost(self, device: str, told: Mapping[str, Any]) -> bool:
         """True if a device has done a goal of this run that this journal does not have."""
-        order = self.order.get(device, deque())
+        order, goal_id = self.order.get(device, deque()), str(told.get("goal_id"))
         ours = self.started is not None and goal_id.startswith(f"{self.started.run}/")
         return ours and goal_id not in order and len(order) < ORDER_KEPT
 

@@ -56,7 +56,7 @@ class Journal:
     """Records are appended to a buffer; `flush` makes them durable, all with one fsync.
 
     What is durable is also noted where a backup of the run's folder does not put it back: `put_back` is
-    true of a journal that lacks what was noted.
+    true of a journal that lacks what was noted, `unsure` where nothing was.
     """
 
     on_real_disk: ClassVar[bool] = True
@@ -68,7 +68,7 @@ class Journal:
         self.count = count
         self.sync = sync
         self.full = False
-        self.put_back = False
+        self.put_back = self.unsure = False
         self._key = ""
         self._elsewhere: NewestMark | None = None
         self._hash = last_hash
@@ -81,6 +81,7 @@ class Journal:
             raise JournalFault(f"cannot start the journal {path}: {fault.strerror}") from fault
         if count:
             self._look_elsewhere()
+            self.unsure = self._elsewhere is not None and self._elsewhere.is_blank
 
     def _look_elsewhere(self) -> None:
         """A journal is known by its first record: a folder may have another name."""

@@ -11,7 +11,7 @@ from ...schemas import journal as j
 from ..control.control import Control
 from ..dispatch.device_handle import DeviceHandle
 from ..dispatch.dispatcher import Dispatcher
-from ..dispatch.probe import probe_request, told_before, unknown_path
+from ..dispatch.probe import PROBE, PROBE_TIMEOUT_S, probe_request, told_before, unknown_path
 from ..dispatch.request import Request
 from ..journal.history import LAPSED, RESTARTED, STRANGER
 from ..journal.journal import DiskFull, JournalFault
@@ -64,6 +64,28 @@ async def resolve_goals_in_flight(run: Run, dispatcher: Dispatcher, control: Con
     await resolve([_adopt(run, goal) for goal in run.history.past.open_goals()])
     probes = [_probe_of(run, goal) for goal in run.history.past.unknown_fates()]
     await resolve([probe for probe in probes if probe is not None])
+    if run.journal.unsure:
+        await resolve(_newest(run))
+
+
+def _newest(run: Run) -> list[Request]:
+    """What is asked of each instrument where only it can tell that this journal is an older copy."""
+    asked = {
+        (role.device, action.probe): role
+        for role in run.roles.values()
+        for action in role.contract.actions.values()
+        if action.effect == "once" and action.probe
+    }
+    found = []
+    for (device, name), role in asked.items():
+        path = f"main/newest/{device}/{name}/{run.history.resumes}{PROBE}"
+        found.append(
+            Request(
+                goal_id=f"{run.id}/{path}/1", path=path, role=role, action_name=name,
+                action=role.contract.actions[name], params={}, timeout_s=PROBE_TIMEOUT_S,
+            )
+        )  # fmt: skip
+    return found
 
 
 class InFlight(Behaviour):

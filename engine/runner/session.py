@@ -101,12 +101,6 @@ class RunSession:
         ending = Ending("failed")
         self.touched = touched_since(self.run, self.clients)
         self.dispatcher.look_anew()
-        if doubtful := sorted(self.run.history.doubtful):
-            self.run.log(
-                "this run's folder was put back from an older copy, and what was done since is in no "
-                f"ledger of {', '.join(doubtful)}: before each action that must not happen twice, "
-                "it is asked whether it happened"
-            )
         try:
             ending = await self._phases(resumed=records is not None)
         except StopNow:
@@ -125,6 +119,12 @@ class RunSession:
         if resumed:
             history = self.run.history
             await resolve_goals_in_flight(self.run, self.dispatcher, self.control)
+            if doubtful := sorted(self.run.history.doubtful):
+                self.run.log(
+                    "this run's folder was put back from an older copy, and what was done since is in no "
+                    f"ledger of {', '.join(doubtful)}: before each action that must not happen twice, "
+                    "it is asked whether it happened"
+                )
             for device, reason in self.touched.items():
                 mark_state_lost(self.run, device, reason)
             if not history.cleaned_up:  # the engine was killed

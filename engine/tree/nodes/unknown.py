@@ -131,9 +131,6 @@ class UnknownFate:
 
     def _read(self, told: dict[str, Any] | None) -> Verdict | None:
         request = self.request
-        newest = str((told or {}).get("goal_id") or "")
-        if self.run.history.has_lost(request.device, newest):
-            self.run.history.doubtful.add(request.device)
         happened = what_it_proves(self.run.history, self.role, request.goal_id, told)
         if not happened:
             return None if happened is None else Verdict()

@@ -204,13 +204,18 @@ def test_without_a_probe_a_person_is_asked(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_run_that_went_back_with_its_ledger_fires_nothing_again(tmp_path):
+@pytest.mark.parametrize("marks", ["kept", "gone"])
+def test_a_run_that_went_back_with_its_ledger_fires_nothing_again(tmp_path, monkeypatch, marks):
+    (tmp_path / "marks").mkdir()
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "marks"))
     shots = ", ".join(f"{{id: shot_{n}, do: g.fire, with: {{n: {n}}}}}" for n in (1, 2, 3, 4))
     bench = Bench(tmp_path, KEPT_AFTER_ONE, f"[{shots}]")
     bench.labrun("run", "p.yaml", "--lab", "lab.yaml")
     run = bench.run
     shutil.rmtree(run)
     shutil.copytree(tmp_path / "kept", run)
+    for noted in (tmp_path / "marks").glob("labrun_*") if marks == "gone" else ():
+        noted.unlink()
     answers = ["shot_1=skip", "shot_2=skip", "shot_4=did_not_happen"]
 
     ended = bench.labrun("resume", "last", *(f"--answer={answer}" for answer in answers))

@@ -225,5 +225,18 @@ def test_a_goal_that_the_journal_does_not_have_is_not_taken_for_an_earlier_one()
 
     assert history.was_before("a", "r/main/x/1", newest)
     assert not history.was_before("a", "r/main/y/1", newest)
-    assert history.has_lost("a", "r/main/y/1")
-    assert not history.has_lost("a", "another/main/y/1")
+
+
+@pytest.mark.parametrize(
+    ("newest", "doubtful"),
+    [("r/main/y/1", {"a"}), ("r/main/x/1", set()), ("other/main/y/1", set()), (None, set()), ("", set())],
+)  # fmt: skip
+def test_a_probe_that_names_a_goal_which_the_journal_does_not_have_tells_that_it_went_back(
+    newest, doubtful
+):
+    probe = "main/newest/a/last_shot/1/probe"
+    told = ended(5, probe).model_copy(update={"result": {"goal_id": newest}})
+    lease = j.Leased(n=2, device="a", epoch=1, boot="l.1", mark="")
+    history = read_history([STARTED, lease, sent(3, "main/x", effect="once"), sent(4, probe), told])
+
+    assert history.doubtful == doubtful
