@@ -1,6 +1,7 @@
 """Journals of every version so far are resumed, and nothing that was done in them is done again."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -34,6 +35,7 @@ def test_a_golden_journal_is_resumed_to_its_end(tmp_path, golden):
     ended = subprocess.run(
         [sys.executable, "-m", "labrun.engine", "resume", str(folder), "--yes"],
         capture_output=True, text=True,
+        env={**os.environ, "TMPDIR": str(tmp_path)},  # where no earlier resume of it is remembered
     )  # fmt: skip
     records = list(read_records(folder / "journal.jsonl"))
     shots = shots_of(folder)
