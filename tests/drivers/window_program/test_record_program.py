@@ -12,7 +12,6 @@ from labrun.drivers.window_program.hands import Hands
 from labrun.schemas.contracts import read_contract
 
 from .spectra import csv_text
-from .test_record_asked import Terminal
 
 CONTRACT = """
 type: recorder@1
@@ -65,28 +64,25 @@ class Person:
 
 
 @pytest.mark.slow
-def test_what_somebody_did_once_the_driver_does_again(gui, tmp_path):
+def test_what_somebody_did_once_the_driver_does_again(gui, terminal, tmp_path):
     (tmp_path / "recorder.yaml").write_text(CONTRACT)
     analyser = gui.start()
     cache, exports = analyser.folder / "cache", analyser.folder / "exports"
     person = Person(analyser)
-    terminal = Terminal(
+    terminal = terminal(
         "record-program", "-o", "mine", "--contract", "recorder.yaml", "--title", "Profile Builder",
-        "--watch", str(cache), "--watch", str(exports), cwd=tmp_path,
+        "--watch", str(cache), "--watch", str(exports),
     )  # fmt: skip
 
-    terminal.until("fire (Record once): Enter")
-    terminal.say()
-    terminal.until("recording fire")
+    terminal.answer("fire (Record once): Enter", "")
+    terminal.wait_for("recording fire")
     person.rest()
     person.click("measure")
     person.until(lambda: analyser.entries() and analyser.order("state") == "idle")
-    terminal.say()
-    terminal.until("is that the proof?")
-    terminal.say()
-    terminal.until("save (Write what was recorded, with file)")
-    terminal.say()
-    terminal.until("recording save")
+    terminal.press("\n")
+    terminal.answer("is that the proof?", "")
+    terminal.answer("save (Write what was recorded, with file)", "")
+    terminal.wait_for("recording save")
     person.rest()
     person.click("sample_name", dx=140)
     person.type("K17 x-Y")
@@ -98,15 +94,12 @@ def test_what_somebody_did_once_the_driver_does_again(gui, tmp_path):
     person.until(lambda: "export_finish" in analyser.places())
     person.click("export_finish")
     person.until(lambda: list(exports.iterdir()) and analyser.order("state") == "idle")
-    terminal.say()
-    terminal.until("'K17 x-Y' was typed: is it file, name")
-    terminal.say("name")
-    terminal.until("exports' was typed")
-    terminal.say()
-    terminal.until("is that the proof?")
-    terminal.say()
-    terminal.until("labrun call --lab")
-    terminal.process.wait()
+    terminal.press("\n")
+    terminal.answer("'K17 x-Y' was typed: is it file, name", "name")
+    terminal.answer("exports' was typed", "")
+    terminal.answer("is that the proof?", "")
+    terminal.wait_for("labrun call --lab")
+    terminal.end()
 
     entry = YAML(typ="safe").load(tmp_path / "mine" / "lab.yaml")["devices"]["recorder"]
     save = entry["config"]["actions"]["save"]
