@@ -122,6 +122,7 @@ describe('a run that is looked at', () => {
     await page.keyboard.press('ArrowRight')
     await page.keyboard.press('ArrowUp')
     await page.getByText('point 7 (0.2, 0.2) · ok').waitFor()
+    await page.getByRole('region', { name: 'Spectrum' }).getByRole('application').waitFor() // what has not come cannot be reached
     await tabTo(page, /^Spectrum of/)
     await page.keyboard.press('Shift+Tab')
     await page.keyboard.press('Enter')
