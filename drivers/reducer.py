@@ -122,7 +122,7 @@ def _reduce(
             known = room.read_calibration(calibration)
         except room.CalibrationFault as fault:
             raise _WrongFile("calibration", str(fault)) from fault
-        if why := _other_response(known.card.response_sha256, files.get("response_sha256")):
+        if why := known.other_response(files.get("response_sha256"), "response"):
             raise _WrongFile("calibration", f"it was made {why}")
         if other := known.other_axis(shots.wavelength_nm):
             raise _WrongFile("calibration", f"it was made with another instrument: {other}")
@@ -133,15 +133,6 @@ def _reduce(
 
 def _as_it_is(spectrum: Any) -> Any:
     return spectrum
-
-
-def _other_response(made_with: str | None, used: str | None) -> str:
-    """How a calibration was made, where the response is another one than that used now."""
-    if made_with == used:
-        return ""
-    if made_with is None:
-        return "without a response: leave `response` out, or make one with `--response`"
-    return f"with {'another' if used else 'a'} response: give that file as `response`"
 
 
 def _warm_up() -> None:

@@ -139,6 +139,16 @@ class Calibration:
             f"{own.channels:,} from {own.first_nm:.3f} to {own.last_nm:.3f} nm"
         )
 
+    def other_response(self, used: str | None, name: str) -> str | None:
+        """How it was made, where the response that is used is another one; None if it is not. used: its
+        sha256, None without one. name: what it is called where it is given."""
+        made_with = self.card.response_sha256
+        if made_with == used:
+            return None
+        if made_with is None:
+            return f"without a {name}: leave `{name}` out, or make one with `--response`"
+        return f"with {'another' if used else 'a'} {name}: give that file as `{name}`"
+
     def notes(self, wavelength_nm: FloatArray, reduction: Reduction) -> tuple[str, ...]:
         """Sentences on how a spectrum lies outside the calibration."""
         axis = self.other_axis(wavelength_nm)

@@ -110,12 +110,7 @@ def calibration(path: Path | None, response: str | None) -> str | None:
     from ..calibration.calibration import read_calibration
 
     text = _text_for(read_calibration, "--calibration", path)
-    if read_calibration(text).card.response_sha256 != (own := sha256_of(response)):
-        how = (
-            "with another --response"
-            if own
-            else "with a --response, which has to be given here, too"
-        )
+    if how := read_calibration(text).other_response(sha256_of(response), "--response"):
         raise ValueError(f"--calibration {path}: it was made {how}")
     return text
 

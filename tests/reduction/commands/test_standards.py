@@ -241,3 +241,13 @@ def test_a_calibration_with_a_response_needs_that_response(labrun, place):
 
     assert done.returncode == 2
     assert "--calibration standards.calibration: it was made with a --response" in done.stderr
+
+
+def test_a_calibration_without_a_response_is_told_as_that_beside_one(labrun, place):
+    (place / "response.csv").write_text("wavelength_nm,response\n500,1\n700,0.8\n")
+    labrun("calibrate", "standards", "standards.csv", "spectra", "--no-figures")
+    words = ("--calibration", "standards.calibration", "--response", "response.csv")
+    done = labrun("reduce", "unknown", *words)
+
+    assert done.returncode == 2
+    assert "it was made without a --response: leave `--response` out" in done.stderr
