@@ -145,8 +145,11 @@ class Inference:
         """`steps.a.outputs.mass`, or `env.pitch`: what is written without the part that is not there."""
         hint = ""
         if isinstance(node.value, ast.Name) and fault.hint.startswith("text needs quotes"):
+            many = f"{node.value.id}s"
             hint = (
-                f"a parameter is params.{node.attr}, and what a step returned steps.ID.{node.attr}"
+                f"write {many}.{node.attr}"
+                if many in ("params", "steps")
+                else f"a parameter is params.{node.attr}, and what a step returned steps.ID.{node.attr}"
             )
         elif (
             isinstance(node.value, ast.Attribute)

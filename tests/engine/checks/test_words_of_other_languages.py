@@ -37,6 +37,7 @@ HOME = "{do: gantry.home}"
         ("steps: [{id: w, do: libs.measure}, {log: '${{ steps.w.result.shot_id }}'}]\n", "E301",
          "write steps.w.shot_id"),
         ("steps: [{do: gantry.move_to, with: {x: '${{ env.PITCH }}'}}]\n", "E302", "is params.PITCH"),
+        ("steps: [{id: w, do: libs.measure}, {log: '${{ step.w.shot_id }}'}]\n", "E302", "write steps.w"),
         ("steps: [{wait: '${{ status.gantry.homed }}'}]\n", "E309", "waits for a condition"),
         ("devices: {gantry: {contract: gantry@1}}\nsteps: [{wait: 1 s}]\n", "E112", "write only gantry@1"),
         ("steps: [{do: libs.measure, fallback: {do: libs.locate}}]\n", "E112", "put [ and ] around it"),
